@@ -1,0 +1,63 @@
+"""lobefem: is a lobed balloon stable?
+
+Tension-only film, follower gas pressure, rigid plates and cords on a Gmsh surface, equilibrium by
+PETSc SNES and buckling modes by SLEPc, on DOLFINx. Names are imported when they are first used, so
+that `import lobefem` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Balloon": "balloon",
+    "Cords": "cables",
+    "CriticalPressure": "critical",
+    "EndPlates": "plates",
+    "Equilibrium": "equilibrium",
+    "FixedWrinkles": "films",
+    "GasPressure": "loads",
+    "Held": "balloon",
+    "Hoops": "cables",
+    "Isotensoid": "isotensoid",
+    "Isotropic": "films",
+    "Modes": "stability",
+    "Surface": "surface",
+    "TensionField": "films",
+    "critical_pressure": "critical",
+    "cylinder": "surface",
+    "find_modes": "stability",
+    "ideal_state": "equilibrium",
+    "inflate": "equilibrium",
+    "lobed_cylinder": "surface",
+}
+
+__all__ = [*_HOME, "__version__"]
+
+if TYPE_CHECKING:
+    from lobefem.balloon import Balloon, Held
+    from lobefem.cables import Cords, Hoops
+    from lobefem.critical import CriticalPressure, critical_pressure
+    from lobefem.equilibrium import Equilibrium, ideal_state, inflate
+    from lobefem.films import FixedWrinkles, Isotropic, TensionField
+    from lobefem.isotensoid import Isotensoid
+    from lobefem.loads import GasPressure
+    from lobefem.plates import EndPlates
+    from lobefem.stability import Modes, find_modes
+    from lobefem.surface import Surface, cylinder, lobed_cylinder
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        # DOLFINx's seams first: PyPI's stack must be bootstrapped before any of its parts
+        if _HOME[name] not in ("isotensoid", "films", "loads", "cables", "plates"):
+            import_module("lobefem._dolfinx")
+        return getattr(import_module(f"lobefem.{_HOME[name]}"), name)
+    raise AttributeError(f"module 'lobefem' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

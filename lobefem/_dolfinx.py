@@ -1,0 +1,125 @@
+"""The only file that knows that DOLFINx versions differ (0.9 and later).
+
+Each function is one seam: it names the upstream change and dispatches by what is there, not by
+version number. Importing this module first also orders `mpi4py.MPI` ahead of PyPI's wheel stack.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem.errors import MissingDependencyError
+
+with contextlib.suppress(ModuleNotFoundError):
+    # PyPI's wheel stack must be imported under this name first; Debian has no such package
+    import dolfinx_solver  # noqa: F401
+
+try:
+    with warnings.catch_warnings():  # DOLFINx 0.9 warns that it runs without numba
+        warnings.filterwarnings("ignore", "Could not import numba", ImportWarning)
+        import dolfinx
+    import dolfinx.fem.petsc
+    from petsc4py import PETSc
+except ImportError as error:
+    raise MissingDependencyError(
+        f"DOLFINx with PETSc cannot be imported ({error}); on Debian 13 install python3-dolfinx-real, "
+        "elsewhere run: pip install 'lobefem[wheel]'"
+    ) from error
+
+try:
+    from dolfinx.io import gmsh as gmshio  # DOLFINx >= 0.10
+except ImportError:
+    from dolfinx.io import gmshio  # DOLFINx 0.9
+
+if np.issubdtype(PETSc.ScalarType, np.complexfloating):
+    raise MissingDependencyError(
+        "lobefem needs a PETSc of real scalars and found a complex one; install python3-dolfinx-real "
+        "(Debian) or dolfinx-solver-real (PyPI)"
+    )
+
+__all__ = [
+    "assemble_matrix",
+    "create_matrix",
+    "create_mesh",
+    "create_vector",
+    "entity_nodes",
+    "geometry_dofmap",
+    "gmshio",
+    "interpolation_points",
+    "shared_facet_partitioner",
+]
+
+
+def shared_facet_partitioner() -> Callable[..., Any]:
+    """The cell partitioner with ghosts over shared facets, without which `dS` is lost in parallel.
+
+    DOLFINx 0.10 added `max_facet_to_cell_links` to `create_cell_partitioner`.
+    """
+    from dolfinx.mesh import GhostMode, create_cell_partitioner
+
+    try:
+        return create_cell_partitioner(GhostMode.shared_facet, 2)
+    except TypeError:
+        return create_cell_partitioner(GhostMode.shared_facet)
+
+
+def create_mesh(comm: Any, cells: npt.NDArray[np.int64], element: Any, x: npt.NDArray[np.float64]) -> Any:
+    """A distributed mesh with ghosts over facets; `cells` in DOLFINx order, `x` of shape (n, 3).
+
+    DOLFINx 0.10 swapped the positions of `x` and `e`. Collective.
+    """
+    return dolfinx.mesh.create_mesh(comm, cells=cells, x=x, e=element, partitioner=shared_facet_partitioner())
+
+
+def create_vector(form: Any) -> Any:
+    """A ghosted PETSc vector for a linear form (DOLFINx 0.10 takes its function space instead)."""
+    parameter = next(iter(inspect.signature(dolfinx.fem.petsc.create_vector).parameters))
+    if parameter == "L":
+        return dolfinx.fem.petsc.create_vector(form)
+    return dolfinx.fem.petsc.create_vector(form.function_spaces[0])
+
+
+def create_matrix(form: Any) -> Any:
+    """A PETSc AIJ matrix with the sparsity of a bilinear form."""
+    return dolfinx.fem.petsc.create_matrix(form)
+
+
+def assemble_matrix(matrix: Any, form: Any) -> Any:
+    """Assemble a bilinear form into an existing matrix (overwriting it) and finish its assembly."""
+    matrix.zeroEntries()
+    dolfinx.fem.petsc.assemble_matrix(matrix, form)
+    matrix.assemble()
+    return matrix
+
+
+def interpolation_points(element: Any) -> npt.NDArray[np.float64]:
+    """Interpolation points of an element (DOLFINx 0.10 made the method a property)."""
+    points = element.interpolation_points
+    return points() if callable(points) else points
+
+
+def geometry_dofmap(mesh: Any) -> npt.NDArray[np.int32]:
+    """Nodes of this rank's cells, ghosts included, shape (cells, nodes per cell).
+
+    DOLFINx 0.10 turned `dofmap` into a list, one a cell type, and warns about the old name.
+    """
+    dofmaps = getattr(mesh.geometry, "dofmaps", None)
+    return dofmaps[0] if isinstance(dofmaps, (list, tuple)) else mesh.geometry.dofmap
+
+
+def entity_nodes(mesh: Any, dim: int, entities: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """Nodes of mesh entities, vertices first, shape (entities, nodes per entity).
+
+    DOLFINx 0.9 dies of a division by zero (SIGFPE) where a rank has none to ask about.
+    """
+    if len(entities) == 0:
+        return np.empty((0, dim + 1), dtype=np.int32)
+    nodes = dolfinx.mesh.entities_to_geometry(mesh, dim, entities)
+    return nodes.reshape(len(entities), -1)

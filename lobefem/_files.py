@@ -1,0 +1,116 @@
+"""Files that appear complete or not at all, written by rank 0, its errors raised on all ranks."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from lobefem.errors import InputError
+
+__all__ = [
+    "check_file",
+    "on_root",
+    "replace",
+    "replacing",
+    "require_writable",
+    "save_json",
+    "to_json",
+]
+
+
+def to_json(results: dict[str, Any]) -> str:
+    """JSON text; a number that is not finite becomes null."""
+    return json.dumps(_plain(results), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(v) for key, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(v) for v in value]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return int(value) if isinstance(value, np.integer) else value
+
+
+def save_json(path: str | Path, results: dict[str, Any], comm: Any) -> None:
+    """Write results as JSON, complete or not at all. Collective.
+
+    Raises:
+        InputError: the file system refuses.
+    """
+    on_root(comm, Path(path), lambda: replace(Path(path), to_json(results)))
+
+
+def check_file(path: str | Path, comm: Any) -> None:
+    """Refuse a path at which no file can be written. Collective.
+
+    Raises:
+        InputError: a folder, or a place that does not exist or may not be written to.
+    """
+
+    def check() -> None:
+        if Path(path).is_dir():
+            raise InputError(f"'{path}' is a folder; give a file to write")
+        require_writable(Path(path).absolute().parent)
+
+    on_root(comm, Path(path), check)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """A hidden neighbour of a file to write to; it takes the file's place once it is on disk."""
+    path = path.resolve()
+    if path.exists() and not path.is_file():  # a device or a pipe: nothing to replace
+        with path.open("wb") as stream:
+            yield stream
+        return
+    handle, hidden = tempfile.mkstemp(prefix=f".{path.name}-", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            mask = os.umask(0)
+            os.umask(mask)
+            os.fchmod(handle, 0o666 & ~mask)  # mkstemp's are for the user alone
+            yield stream
+            stream.flush()
+            os.fsync(handle)
+        os.replace(hidden, path)
+    except BaseException:
+        os.unlink(hidden)
+        raise
+
+
+def replace(path: Path, text: str) -> None:
+    """Write a text file, complete or not at all."""
+    with replacing(path) as stream:
+        stream.write(text.encode())
+
+
+def require_writable(folder: Path) -> None:
+    """Refuse a folder that no file can be put into."""
+    if not (folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)):
+        raise InputError(f"'{folder}' cannot be written to; give another place")
+
+
+def on_root[T](comm: Any, path: Path, action: Callable[[], T]) -> T:
+    """Do something on rank 0 and give its result, or its error, to all. Collective."""
+    result, fault = None, ""
+    if comm.rank == 0:
+        try:
+            result = action()
+        except InputError as error:
+            fault = str(error)
+        except OSError as error:
+            fault = f"'{path}': {error.strerror or error}; give another place"
+    result, fault = comm.bcast((result, fault), root=0)
+    if fault:
+        raise InputError(fault)
+    return result  # type: ignore[return-value]

@@ -1,0 +1,80 @@
+"""Small seams to PETSc: scoped options, the direct solver, symmetry and inertia of a matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
+
+# isort: split
+from mpi4py import MPI
+from petsc4py import PETSc
+
+__all__ = ["SYMMETRIC", "asymmetry", "num_negative", "options", "set_direct_solver"]
+
+# head room [%] for pivoting beyond MUMPS's estimate; null pivots are detected so that a rigid motion
+# which the supports leave free does not poison the step
+_MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_24": 1}
+
+
+# relative asymmetry below which a tangent counts as symmetric
+SYMMETRIC = 1e-12
+
+
+@contextmanager
+def options(prefix: str, values: Mapping[str, Any]) -> Iterator[None]:
+    """Put options into PETSc's database under a prefix for a while; what the user set there stays."""
+    database: Any = PETSc.Options(prefix)
+    added = [name for name in values if not database.hasName(name)]
+    for name in added:
+        database[name] = values[name]
+    try:
+        yield
+    finally:
+        for name in added:
+            database.delValue(name)
+
+
+def set_direct_solver(ksp: Any, symmetric: bool) -> None:
+    """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not."""
+    ksp.setType(PETSc.KSP.Type.PREONLY)
+    pc = ksp.getPC()
+    pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
+    pc.setFactorSolverType("mumps")
+    with options(pc.getOptionsPrefix() or "", _MUMPS):
+        pc.setFromOptions()
+        ksp.setFromOptions()
+
+
+def asymmetry(matrix: Any) -> float:
+    """Relative asymmetry max|K - K^T|/max|K|. Collective."""
+    transposed = matrix.transpose(PETSc.Mat())
+    largest = _max_entry(matrix)
+    transposed.axpy(-1.0, matrix)
+    difference = _max_entry(transposed)
+    transposed.destroy()
+    return difference / largest if largest else 0.0
+
+
+def num_negative(matrix: Any) -> int:
+    """Number of negative eigenvalues of a symmetric matrix: its inertia, from MUMPS's LDL^T. Collective."""
+    pc = PETSc.PC().create(matrix.getComm())
+    pc.setOptionsPrefix("lobefem_inertia_")
+    pc.setOperators(matrix)
+    pc.setType(PETSc.PC.Type.CHOLESKY)
+    pc.setFactorSolverType("mumps")
+    with options("lobefem_inertia_", {**_MUMPS, "mat_mumps_icntl_13": 1}):
+        pc.setFromOptions()
+        pc.setUp()
+    negative = pc.getFactorMatrix().getInertia()[0]
+    pc.destroy()
+    return int(negative)
+
+
+def _max_entry(matrix: Any) -> float:
+    largest = np.abs(matrix.getValuesCSR()[2]).max(initial=0.0)
+    return float(matrix.getComm().tompi4py().allreduce(largest, op=MPI.MAX))

@@ -1,0 +1,144 @@
+"""The whole film on rank 0, and how to look at it: what the figures are drawn from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem.balloon import Balloon
+
+__all__ = ["Skin", "across", "facing", "gather", "normals", "outline", "polygons"]
+
+Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Skin:
+    """The whole film on one rank.
+
+    Attributes:
+        x: node positions (nodes, 3) [m].
+        faces: corner nodes of each cell, in order around it (cells, 3 or 4).
+        grid: node numbers (rings, around) of a structured mesh, from the bottom and by angle; None
+            for an unstructured one.
+        axis: unit vector of the balloon's axis (3,).
+        fields: the nodal fields that were gathered, each (nodes, 3).
+    """
+
+    x: Array
+    faces: Integers
+    grid: Integers | None
+    axis: Array
+    fields: tuple[Array, ...]
+
+    @property
+    def height(self) -> float:
+        """From rim to rim [m]."""
+        return float(np.ptp(self.x @ self.axis))
+
+    @property
+    def diameter(self) -> float:
+        """Twice the largest distance from the axis [m]."""
+        e1, e2 = across(self.axis)
+        return 2 * float(np.hypot(self.x @ e1, self.x @ e2).max())
+
+
+def gather(balloon: Balloon, *fields: Array) -> Skin | None:
+    """Nodes, cells and nodal fields of all ranks on rank 0, None elsewhere. Collective.
+
+    Args:
+        balloon: whose film it is.
+        *fields: nodal displacements of this rank (nodes, 3), as kept by states and modes.
+    """
+    V, comm, topology = balloon.V, balloon.comm, balloon.mesh.topology
+    dofs = V.dofmap.index_map
+    owned, cells = dofs.size_local, topology.index_map(topology.dim).size_local
+    # DOLFINx numbers a quadrilateral's corners row by row
+    corners = [0, 1, 2] if topology.cell_name() == "triangle" else [0, 1, 3, 2]
+    local = np.ascontiguousarray(V.dofmap.list[:cells, corners])
+    faces = dofs.local_to_global(local.ravel().astype(np.int32)).reshape(local.shape)
+    nodal = [V.tabulate_dof_coordinates()[:owned], *(field[:owned] for field in fields)]
+    parts = comm.gather((nodal, faces), root=0)  # in the order of ranks, which is that of nodes
+    if comm.rank != 0:
+        return None
+    x, *rest = (np.concatenate(columns) for columns in zip(*(p[0] for p in parts), strict=True))
+    axis = np.asarray(balloon.surface.axis, dtype=float)
+    grid = None
+    if balloon.surface.divisions is not None:
+        grid = _grid(x, axis, balloon.surface.divisions[1] * balloon.order)
+    return Skin(x, np.concatenate([p[1] for p in parts]), grid, axis, tuple(rest))
+
+
+def _grid(x: Array, axis: Array, around: int) -> Integers:
+    """Node numbers (rings, around) of a structured mesh, which has nodes at equal angles."""
+    e1, e2 = across(axis)
+    angle = np.arctan2(x @ e2, x @ e1) * around / (2 * np.pi)
+    sector = np.round(angle - angle.min()).astype(np.int64) % around
+    return np.lexsort((sector, np.round(x @ axis, 6))).reshape(-1, around)
+
+
+def across(axis: Array) -> tuple[Array, Array]:
+    """Two unit vectors that complete the axis to a right-handed frame."""
+    e1 = np.eye(3)[np.argmin(np.abs(axis))]
+    e1 = e1 - (e1 @ axis) * axis
+    e1 /= np.linalg.norm(e1)
+    return e1, np.cross(axis, e1)
+
+
+def facing(skin: Skin, field: Array) -> tuple[Array, Array]:
+    """The frame across the axis whose first vector is the direction in which the axis moves most.
+
+    Which of a pair's sways the eigensolver returns is arbitrary; so all are seen alike.
+    """
+    e1, e2 = across(skin.axis)
+    if skin.grid is None:
+        return e1, e2
+    mean = field[skin.grid].mean(axis=1)
+    lateral = np.stack([mean @ e1, mean @ e2], axis=1)
+    if np.abs(lateral).max() < 0.02 * np.linalg.norm(field, axis=1).max():
+        return e1, e2
+    c, s = np.linalg.svd(lateral, full_matrices=False)[2][0]
+    e1, e2 = c * e1 + s * e2, -s * e1 + c * e2
+    largest = mean[np.abs(mean @ e1).argmax()] @ e1
+    return (e1, e2) if largest > 0 else (-e1, -e2)
+
+
+def polygons(skin: Skin, step: int) -> list[Integers]:
+    """What to fill: arrays (faces, corners) of blocks of the grid and the two plates, or the cells.
+
+    Args:
+        skin: the film.
+        step: cells along each side of a block.
+    """
+    if skin.grid is None:
+        return [skin.faces]
+    rings, around = skin.grid.shape
+    step = step if (rings - 1) % step == 0 and around % step == 0 else 1
+    i, j = np.meshgrid(np.arange(0, rings - 1, step), np.arange(0, around, step), indexing="ij")
+    walk = [(0, k) for k in range(step)] + [(k, step) for k in range(step)]
+    walk += [(step, step - k) for k in range(step)] + [(step - k, 0) for k in range(step)]
+    faces = [skin.grid[i + a, (j + b) % around].ravel() for a, b in walk]
+    return [np.stack(faces, axis=1), skin.grid[-1:], skin.grid[:1, ::-1]]
+
+
+def normals(x: Array) -> Array:
+    """Unit normals of polygons (faces, corners, 3), from their vector areas."""
+    area = np.cross(x, np.roll(x, -1, axis=1)).sum(axis=1)
+    return area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
+
+
+def outline(skin: Skin) -> tuple[Array, Array]:
+    """Heights and radii of the undeformed shape, a surface of revolution, from bottom to top [m]."""
+    e1, e2 = across(skin.axis)
+    z, r = skin.x @ skin.axis, np.hypot(skin.x @ e1, skin.x @ e2)
+    if skin.grid is not None:
+        return z[skin.grid[:, 0]], r[skin.grid[:, 0]]
+    bins = np.clip(((z - z.min()) / np.ptp(z) * 60).astype(int), 0, 59)
+    used = np.unique(bins)
+    return (
+        np.array([z[bins == k].mean() for k in used]),
+        np.array([r[bins == k].max() for k in used]),
+    )

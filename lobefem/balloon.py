@@ -1,0 +1,489 @@
+"""`Balloon`: surface, film and parts put together as energy, residual and tangent in q.
+
+All that has an energy is written once as an energy; residual and tangent are its derivatives. Only
+the `film` pressure is a residual of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import _dolfinx
+
+# isort: split
+import basix.ufl
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from lobefem.cables import Cords
+from lobefem.constraints import ConstraintMap
+from lobefem.errors import InputError
+from lobefem.films import Film
+from lobefem.kinematics import Frame, edge_strain, green_lagrange, revolved_frame
+from lobefem.loads import GasPressure, film_volume, film_volume_change, pressure_work
+from lobefem.plates import EndPlates, PlateMotion
+
+__all__ = ["Balloon", "Held"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Held:
+    """Displacement components held at zero, for films without plates.
+
+    Args:
+        on: name of an edge group, or a function of coordinates x (3, n) that marks nodes (n,).
+        components: which of 0, 1, 2 are held.
+    """
+
+    on: str | Callable[[Array], npt.NDArray[np.bool_]]
+    components: tuple[int, ...] = (0, 1, 2)
+
+
+class Balloon:
+    """A film surface with its load, cords, plates and supports.
+
+    Args:
+        surface: where the film lies (`lobefem.surface`).
+        film: its law.
+        parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
+            most one `EndPlates`.
+        prestressed: build the isotensoid's stress N_phi = p0 R0^2/(2 R) into the film (paper eq. 4),
+            and the matching tension into the cords; p0 is the `prestress` of a state.
+        hoop_slack: hoop slack s >= 0 of the prestressed film (strain).
+        frame: the film's frame; by default that of a surface of revolution about the axis.
+        quadrature_degree: for the film's energy; by default exact for the element where it can be.
+
+    Raises:
+        InputError: parts that do not go together.
+
+    Collective.
+    """
+
+    def __init__(
+        self,
+        surface: Any,
+        film: Film,
+        parts: Sequence[Any] = (),
+        *,
+        prestressed: bool = False,
+        hoop_slack: float = 0.0,
+        frame: Frame | None = None,
+        quadrature_degree: int | None = None,
+    ) -> None:
+        self.surface, self.film, self.prestressed = surface, film, prestressed
+        self.cords = tuple(p for p in parts if isinstance(p, Cords))
+        held = [p for p in parts if isinstance(p, Held)]
+        self.load: GasPressure = _single(parts, GasPressure) or GasPressure()
+        self.plates: EndPlates | None = _single(parts, EndPlates)
+        unknown = [p for p in parts if not isinstance(p, (Cords, Held, GasPressure, EndPlates))]
+        if unknown:
+            raise InputError(
+                f"{unknown[0]!r} is no part of a balloon; use GasPressure, Cords, EndPlates or Held"
+            )
+        if hoop_slack < 0:
+            raise InputError(f"hoop_slack = {hoop_slack} must not be negative")
+        if prestressed and not hasattr(surface.shape, "R0"):
+            raise InputError("prestress needs an isotensoid; this surface is another shape")
+        self.mesh = surface.mesh
+        self.comm = self.mesh.comm
+        # degree of geometry and displacement, from the nodes of a cell
+        self.order = {3: 1, 4: 1, 6: 2, 9: 2}[_dolfinx.geometry_dofmap(self.mesh).shape[1]]
+        element = basix.ufl.element("Lagrange", self.mesh.basix_cell(), self.order, shape=(3,))
+        self.V = fem.functionspace(self.mesh, element)
+        self.u = fem.Function(self.V, name="displacement")
+        self.pressure = fem.Constant(self.mesh, 0.0)
+        self.prestress = fem.Constant(self.mesh, 0.0)
+        self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
+        self.motion = self._plate_motion()
+        self.map = self._constraint_map(held)
+        self._forms(hoop_slack, quadrature_degree)
+        self._frozen = self.motion.area_vectors if self.motion else np.zeros((2, 3))
+        self._tangents: dict[int, Any] = {}
+        self._mass: Any = None
+        self.reference_area = self.integrate(fem.Constant(self.mesh, 1.0) * self._dx)
+        X = ufl.SpatialCoordinate(self.mesh)
+        self.reference_volume = self.integrate(film_volume(X, self.frame) * self._dx)
+        self.reference_volume += self.motion.volume if self.motion else 0.0
+
+    # --- construction ---------------------------------------------------------------------------
+
+    def _number(self, value: float) -> Any:
+        return fem.Constant(self.mesh, float(value))
+
+    def _plate_motion(self) -> PlateMotion | None:
+        """The plates' motion; the rims' areas come from the mesh, A = |closed integral of X x t|/2."""
+        if self.plates is None:
+            return None
+        missing = [n for n in ("rim_bottom", "rim_top") if n not in self.surface.groups]
+        if missing:
+            raise InputError(f"end plates need the edge group '{missing[0]}', which this surface lacks")
+        axis = np.asarray(self.surface.axis, dtype=float)
+        ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=self.surface.edges)
+        X = ufl.SpatialCoordinate(self.mesh)
+        t = ufl.cross(ufl.CellNormal(self.mesh), ufl.FacetNormal(self.mesh))
+        e = ufl.as_vector(list(axis))
+        numbers = []
+        for name in ("rim_bottom", "rim_top"):
+            measure = ds(self.surface.groups[name][1])
+            area = self.integrate(ufl.dot(ufl.cross(X, t), e) / 2 * measure)
+            length = self.integrate(fem.Constant(self.mesh, 1.0) * measure)
+            height = self.integrate(ufl.dot(X, e) * measure)
+            if length == 0.0:
+                raise InputError(f"edge group '{name}' is empty: there is no rim to close by a plate")
+            numbers.append((height / length * axis, abs(area)))
+        return PlateMotion(self.plates, np.array([c for c, _ in numbers]), np.array([a for _, a in numbers]))
+
+    def _constraint_map(self, held: list[Held]) -> ConstraintMap:
+        rims = tuple(self.edge_nodes(n) for n in ("rim_bottom", "rim_top")) if self.motion else ()
+        dofs = [np.empty(0, dtype=np.int32)]
+        for part in held:
+            if callable(part.on):
+                nodes = fem.locate_dofs_geometrical(self.V, part.on)
+            else:
+                nodes = self.edge_nodes(part.on)
+            dofs += [3 * nodes + c for c in part.components]
+        fixed = np.unique(np.concatenate(dofs)).astype(np.int32)
+        return ConstraintMap(self.V, self.motion, rims, fixed, np.zeros(fixed.size))
+
+    def edge_nodes(self, group: str) -> npt.NDArray[np.int32]:
+        """Node indices, owned and ghosts, of an edge group. Collective."""
+        if group not in self.surface.groups:
+            raise InputError(f"no edge group '{group}' on this surface; it has {sorted(self.surface.groups)}")
+        facets = self.surface.edges.find(self.surface.groups[group][1])
+        return fem.locate_dofs_topological(self.V, 1, facets)
+
+    def _forms(self, hoop_slack: float, degree: int | None) -> None:
+        mesh, u, number = self.mesh, self.u, self._number
+        X = ufl.SpatialCoordinate(mesh)
+        simplex = mesh.topology.cell_name() == "triangle"
+        linear = self.order == 1 and simplex
+        if degree is None:
+            # exact for the enclosed volume; a linear triangle has one strain, but prestress (1/R)
+            # and the frame vary over it
+            varies = self.prestressed or self.film.directional
+            degree = (4 if varies else 1) if linear else 2 * self.order + (not simplex)
+        # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
+        # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
+        dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
+        strain = green_lagrange(u, self.frame)
+        if self.prestressed:
+            shape, axis = self.surface.shape, ufl.as_vector(list(self.surface.axis))
+            across = X - ufl.dot(X, axis) * axis
+            radius = ufl.sqrt(ufl.dot(across, across))
+            resultant = self.prestress * number(shape.R0**2) / (2 * radius)
+            strain = strain + self.film.prestrain(resultant, number, hoop_slack)
+        self.strain = strain
+        self._dx = dx
+        elastic = self.film.energy(strain, number) * dx
+        self._cord_forms: list[tuple[str, Any, Any, Any]] = []
+        for cord in self.cords:
+            for name in cord.groups(self.surface):
+                measure, side = self._edge_measure(name)
+                e = edge_strain(u, mesh, side)
+                if self.prestressed:
+                    e = e + self.prestress * number(self._cord_tension(cord) / cord.EA)
+                elastic += cord.energy(e, number) * measure
+                # second Piola tension times stretch: the force in the deformed cord
+                stretch = ufl.sqrt(1 + 2 * edge_strain(u, mesh, side))
+                self._cord_forms.append((name, number(cord.EA) * e * stretch, measure, cord))
+        self._elastic = elastic
+        v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
+        self._volume = film_volume_change(u, X, self.frame) * dx
+        energy = elastic
+        if self.load.convention == "closed":
+            energy = energy - self.pressure * self._volume
+        residual = ufl.derivative(energy, u, v)
+        if self.load.convention == "film":
+            residual -= self.pressure * pressure_work(u, v, self.frame) * dx
+        self._residual_ufl, self._tangent_ufl = residual, ufl.derivative(residual, u, du)
+        self._mass_ufl = ufl.inner(du, v) * ufl.dx(mesh)
+
+    def _edge_measure(self, name: str) -> tuple[Any, str | None]:
+        """The measure over an edge group: dS between lobes, ds on a rim."""
+        tag = self.surface.groups[name][1]
+        kind, side = ("ds", None) if name.startswith("rim") else ("dS", "+")
+        return ufl.Measure(kind, domain=self.mesh, subdomain_data=self.surface.edges)(tag), side
+
+    def _cord_tension(self, cord: Cords) -> float:
+        """Tension in a cord per Pa of prestress [N/Pa]."""
+        if cord.tension_per_pressure is not None:
+            return cord.tension_per_pressure
+        return float(self.surface.shape.seam_tension(1.0))
+
+    @cached_property
+    def _elastic_form(self) -> Any:
+        return fem.form(self._elastic)
+
+    @cached_property
+    def _residual_form(self) -> Any:
+        return fem.form(self._residual_ufl)
+
+    @cached_property
+    def _tangent_form(self) -> Any:
+        return fem.form(self._tangent_ufl)
+
+    @cached_property
+    def _direction(self) -> tuple[Any, Any]:
+        return fem.Function(self.V), fem.Function(self.V)
+
+    @cached_property
+    def _second_variation_form(self) -> Any:
+        dv, du = self._direction
+        return fem.form(ufl.action(ufl.action(self._tangent_ufl, du), dv))
+
+    @cached_property
+    def _load_form(self) -> Any:
+        v = ufl.TestFunction(self.V)
+        return fem.form(pressure_work(self.u, v, self.frame) * self._dx)
+
+    @cached_property
+    def _volume_form(self) -> Any:
+        return fem.form(self._volume)
+
+    @cached_property
+    def _residual_vector(self) -> Any:
+        return _dolfinx.create_vector(self._residual_form)
+
+    @cached_property
+    def _full_tangent(self) -> Any:
+        return _dolfinx.create_matrix(self._tangent_form)
+
+    # --- what a solver asks for -----------------------------------------------------------------
+
+    def integrate(self, expression: Any) -> float:
+        """The integral of a UFL expression with its measure, over all ranks. Collective."""
+        return float(self.comm.allreduce(fem.assemble_scalar(fem.form(expression)), op=MPI.SUM))
+
+    def set_loads(self, pressure: float, prestress: float = 0.0) -> None:
+        """Set the gas pressure and the pressure p0 of the built-in stress [Pa]."""
+        self.pressure.value, self.prestress.value = pressure, prestress
+
+    @property
+    def _plate_pressure(self) -> float:
+        closed = self.load.convention == "closed"
+        return float(self.pressure.value) if closed else 0.0
+
+    @property
+    def _bar_built_in(self) -> float:
+        """Force in an elastic bar at its reference length: `film` load leaves it -p0 A."""
+        if self.motion is None or self.load.convention == "closed" or not self.prestressed:
+            return 0.0
+        return -float(self.prestress.value) * float(np.linalg.norm(self.motion.area_vectors[1]))
+
+    def volume(self) -> float:
+        """Volume enclosed by film and plates [m^3] in the present displacement. Collective."""
+        change = self.comm.allreduce(fem.assemble_scalar(self._volume_form))
+        change += self.motion.volume_change(self._w)[0] if self.motion else 0.0
+        return self.reference_volume + change
+
+    def place(self, q: Any) -> None:
+        """Put the displacement of q into `u`. Collective."""
+        self._w, _, _ = self.map.displace(q, self.u)
+
+    def load_norm(self, q: Any) -> float:
+        """Norm of the pressure's reduced nodal forces p dV/dq at q [N, N m]. Collective."""
+        self.place(q)
+        g = _dolfinx.create_vector(self._load_form)
+        with g.localForm() as local:
+            local.set(0.0)
+        fem.petsc.assemble_vector(g, self._load_form)
+        g.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        out = self.map.create_vector()
+        _, dw, _ = self.map.plate_parameters(self.map.parameters(q))
+        self.map.reduce(g.array_r, self.map.plate_forces(g.array_r, self._w)[0], dw, out)
+        return abs(float(self.pressure.value)) * out.norm()
+
+    def bar_force(self) -> float | None:
+        """Force in the bar [N] at the last residual; None without a bar or with both rims held."""
+        if self.motion is None:
+            return None
+        return self.motion.bar_force(self._w, self._top_force, self._bar_built_in)
+
+    def cord_tensions(self) -> tuple[float, ...]:
+        """Mean tension of each cord group over its reference length [N]. Collective."""
+        one = fem.Constant(self.mesh, 1.0)
+        return tuple(
+            self.integrate(tension * measure) / self.integrate(one * measure)
+            for _, tension, measure, _ in self._cord_forms
+        )
+
+    def region_areas(self) -> tuple[float, float, float]:
+        """Reference areas of taut, wrinkled and slack film [m^2]. Collective."""
+        taut, wrinkled, slack = self.film.regions(self.strain, self._number)
+        return tuple(self.integrate(region * self._dx) for region in (taut, wrinkled, slack))  # type: ignore[return-value]
+
+    def stress_resultants(self) -> Any:
+        """Cell means of (N_m, N_h, N_mh) [N/m] in the present displacement. Collective."""
+        strain = ufl.variable(self.strain)
+        S = ufl.diff(self.film.energy(strain, self._number), strain)
+        N = ufl.as_vector([S[0, 0], S[1, 1], (S[0, 1] + S[1, 0]) / 2])
+        return self._cell_means(N, "stress resultants")
+
+    def _cell_means(self, expression: Any, name: str) -> Any:
+        W = fem.functionspace(self.mesh, ("DG", 0, expression.ufl_shape))
+        v = ufl.TestFunction(W)
+        mean = fem.Function(W, name=name)
+        area = fem.Function(W)
+        ones = ufl.as_vector([1.0] * expression.ufl_shape[0])
+        for target, f in ((mean, expression), (area, ones)):
+            fem.petsc.assemble_vector(target.x.petsc_vec, fem.form(ufl.inner(f, v) * self._dx))
+            target.x.scatter_forward()
+        mean.x.array[:] /= area.x.array
+        return mean
+
+    def freeze_plates(self, q: Any) -> None:
+        """Keep the plates' area vectors at q for the energies that follow. Collective."""
+        if self.motion is not None:
+            w, _, _ = self.map.plate_parameters(self.map.parameters(q))
+            self._frozen = self.motion.turned_area_vectors(w)
+
+    def energy(self, q: Any) -> tuple[float, float]:
+        """Potential energy at q [J], strain energy - p (V - V of the reference shape). Collective.
+
+        The `film` load differs from `closed` by a force p A n(theta) on each plate's centre, which has
+        no potential; here it keeps the direction of the last `freeze_plates`, so that the energy's
+        gradient is the residual at that point.
+
+        Returns:
+            the energy, and the size of the terms whose sum it is (for its round-off).
+        """
+        self.place(q)
+        elastic = self.comm.allreduce(fem.assemble_scalar(self._elastic_form))
+        volume = self.comm.allreduce(fem.assemble_scalar(self._volume_form))
+        if self.motion is not None:
+            elastic += self.motion.bar_energy(self._w, self._bar_built_in)[0]
+            volume += self.motion.volume_change(self._w)[0]
+            if self.load.convention == "film":
+                volume -= float((self._frozen * self._w.reshape(2, 6)[:, :3]).sum())
+        work = float(self.pressure.value) * volume
+        return elastic - work, abs(elastic) + abs(work)
+
+    def strain_energy(self) -> float:
+        """Strain energy of film, cords and bar [J] in the present displacement. Collective."""
+        bar = self.motion.bar_energy(self._w, self._bar_built_in)[0] if self.motion else 0.0
+        return self.comm.allreduce(fem.assemble_scalar(self._elastic_form)) + bar
+
+    def _plate_terms(self, nodal: Array) -> tuple[Array, Array]:
+        """Gradient (12,) and Hessian (12, 12) in w of all that acts on the plates."""
+        gradient, hessian = self.map.plate_forces(nodal, self._w)
+        if self.motion is not None:
+            _, g, h = self.motion.volume_change(self._w)
+            p = self._plate_pressure
+            gradient, hessian = gradient - p * g, hessian - p * h
+            self._top_force = gradient[6:9].copy()
+            _, g, h = self.motion.bar_energy(self._w, self._bar_built_in)
+            gradient, hessian = gradient + g, hessian + h
+        return gradient, hessian
+
+    def _assemble_residual(self) -> Array:
+        r = self._residual_vector
+        with r.localForm() as local:
+            local.set(0.0)
+        fem.petsc.assemble_vector(r, self._residual_form)
+        r.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        return r.array_r
+
+    def residual(self, q: Any, out: Any) -> None:
+        """Write the reduced residual at q [N, N m] into `out`. Collective."""
+        self._w, dw, _ = self.map.displace(q, self.u)
+        r = self._assemble_residual()
+        gradient, _ = self._plate_terms(r)
+        self.map.reduce(r, gradient, dw, out)
+
+    def tangent(self, q: Any, slot: int = 0) -> Any:
+        """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
+
+        Args:
+            q: unknowns.
+            slot: calls with another slot keep a matrix of their own.
+        """
+        self._w, dw, d2w = self.map.displace(q, self.u)
+        K = _dolfinx.assemble_matrix(self._full_tangent, self._tangent_form)
+        J = self.map.jacobian(self._w, dw)
+        reduced = K.ptap(J, result=self._tangents.get(slot))
+        if self.map.num_parameters:
+            self.map.add_parameter_block(reduced, self._parameter_block(dw, d2w))
+        self._tangents[slot] = reduced
+        return reduced
+
+    def second_variation(self, q: Any, dv: Any, dq: Any) -> float:
+        """The second variation dv . K(q) dq, integrated over the film without assembling K [J]. Collective.
+
+        Stiff hoops put entries of 1e9 N/m into K; their round-off alone moves the softest
+        eigenvalues in the eighth digit. The integral forms strains first and keeps all of them.
+        """
+        self._w, dw, d2w = self.map.displace(q, self.u)
+        J = self.map.jacobian(self._w, dw)
+        for target, direction in ((self._direction[0], dv), (self._direction[1], dq)):
+            J.mult(direction, target.x.petsc_vec)
+            target.x.scatter_forward()
+        value = self.comm.allreduce(fem.assemble_scalar(self._second_variation_form))
+        if self.map.num_parameters:
+            a, b = self.map.parameters(dv), self.map.parameters(dq)
+            value += float(a @ self._parameter_block(dw, d2w) @ b)
+        return value
+
+    def _parameter_block(self, dw: Array, d2w: Array) -> Array:
+        """The part of the tangent on the plates' parameters alone.
+
+        That is the curvature of the map and all that has its energy in w.
+        """
+        gradient, hessian = self._plate_terms(self._assemble_residual())
+        return dw.T @ hessian @ dw + np.einsum("w,wab->ab", gradient, d2w)
+
+    def displacement_of(self, q: Any, dq: Any) -> Array:
+        """Nodal displacements du = J dq, ghosts included, (nodes, 3) [m]. Collective."""
+        w, dw, _ = self.map.plate_parameters(self.map.parameters(q))
+        du = fem.Function(self.V)
+        self.map.jacobian(w, dw).mult(dq, du.x.petsc_vec)
+        du.x.scatter_forward()
+        return du.x.array.reshape(-1, 3).copy()
+
+    def largest(self, displacement: npt.NDArray[Any]) -> float:
+        """Largest nodal displacement [m]. Collective."""
+        square = (np.abs(displacement) ** 2).sum(axis=1).max(initial=0.0)
+        return float(np.sqrt(self.comm.allreduce(square, op=MPI.MAX)))
+
+    def nodal_areas(self) -> Array:
+        """Area [m^2] lumped to each node that this rank owns, positive for any element. Collective."""
+        # integrals of quadratic shape functions vanish at vertices: take those of their squares
+        diagonal = self.mass_matrix().getDiagonal().array_r[::3]
+        return diagonal / self.comm.allreduce(diagonal.sum()) * self.reference_area
+
+    def mass_matrix(self) -> Any:
+        """Consistent mass of unit areal density on all nodal displacements [m^2]. Collective."""
+        if self._mass is None:
+            self._mass = fem.petsc.assemble_matrix(fem.form(self._mass_ufl))
+            self._mass.assemble()
+        return self._mass
+
+    def mass(self, q: Any, kind: str = "unit") -> Any:
+        """B of the eigenproblem in q: J^T M J or J^T J with the map's Jacobian at q. Collective.
+
+        Args:
+            q: unknowns.
+            kind: "unit" for the consistent mass of unit areal density [m^2], "nodal" for the
+                identity on nodal displacements (the paper's).
+        """
+        w, dw, _ = self.map.plate_parameters(self.map.parameters(q))
+        J = self.map.jacobian(w, dw)
+        if kind == "nodal":
+            return J.transposeMatMult(J)
+        return self.mass_matrix().ptap(J)
+
+
+def _single(parts: Sequence[Any], kind: type) -> Any:
+    found = [p for p in parts if isinstance(p, kind)]
+    if len(found) > 1:
+        raise InputError(f"a balloon takes one {kind.__name__}, not {len(found)}")
+    return found[0] if found else None

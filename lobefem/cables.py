@@ -1,0 +1,65 @@
+"""Cords on edges of the film: hoops on seams, later tendons on gores.
+
+A cord is an elastic line without bending stiffness, bonded to a tagged edge of the mesh, energy
+EA/2 e^2 per reference length with e the Green-Lagrange strain of the edge.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from lobefem.errors import InputError
+
+__all__ = ["Cords", "Hoops"]
+
+
+@dataclass(frozen=True)
+class Cords:
+    """Elastic cords along the named edges of a surface.
+
+    Args:
+        EA: axial stiffness [N]; the paper's 100 x 100 mm steel hoop has 2.15e9.
+        on: names of edge groups; a name that ends with * stands for all groups that begin so.
+        tension_per_pressure: tension [N] built into the cord per Pa of prestress, None for the
+            isotensoid's seam tension R0^2 cos(phi) (physics: T = p R0^2 cos(phi)).
+
+    Raises:
+        InputError: EA is not a positive number.
+    """
+
+    EA: float = 2.15e9
+    on: tuple[str, ...] = ("seam_*",)
+    tension_per_pressure: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.EA) and self.EA > 0):
+            raise InputError(f"cord EA = {self.EA} must be a positive number of newtons")
+
+    def groups(self, surface: Any) -> tuple[str, ...]:
+        """Names of the surface's edge groups that carry this cord.
+
+        Raises:
+            InputError: a name that the surface does not have.
+        """
+        edges = [name for name, (dim, _) in surface.groups.items() if dim == 1]
+        chosen: list[str] = []
+        for pattern in self.on:
+            found = [
+                name
+                for name in edges
+                if name == pattern or (pattern[-1:] == "*" and name.startswith(pattern[:-1]))
+            ]
+            if not found and not pattern.endswith("*"):
+                raise InputError(f"no edge group '{pattern}' on this surface; it has {edges}")
+            chosen += [name for name in found if name not in chosen]
+        return tuple(chosen)
+
+    def energy(self, strain: Any, number: Any = float) -> Any:
+        """EA/2 e^2 per reference length [J/m], prestrain included in `strain`."""
+        return number(self.EA) / 2 * strain**2
+
+
+class Hoops(Cords):
+    """Stiff hoops on all the seams between lobes (paper fig. 4)."""

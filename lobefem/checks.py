@@ -1,0 +1,49 @@
+"""Checks of single arguments: each returns the value as a plain number or raises `InputError`.
+
+They need no communication, so that every rank refuses a bad argument before the first collective
+call.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from lobefem.errors import InputError
+
+__all__ = ["finite", "integer", "one_of", "positive"]
+
+
+def finite(name: str, value: Any, unit: str) -> float:
+    """A finite real number; `unit` is for the message ('' where there is none)."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise InputError(f"{name} is {value!r}; give a number{unit and f' [{unit}]'}")
+    if not math.isfinite(value):
+        raise InputError(f"{name} is {value}; give a finite number{unit and f' [{unit}]'}")
+    return float(value)
+
+
+def positive(name: str, value: Any, unit: str) -> float:
+    """A finite number above zero."""
+    number = finite(name, value, unit)
+    if number <= 0.0:
+        raise InputError(f"{name} is {value}; give a positive number{unit and f' [{unit}]'}")
+    return number
+
+
+def integer(name: str, value: Any, least: int) -> int:
+    """An integer of at least `least`; True and 3.0 are none."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
+        raise InputError(f"{name} is {value!r}; give an integer, {least} or more")
+    if value < least:
+        raise InputError(f"{name} is {value}; give {least} or more")
+    return int(value)
+
+
+def one_of(name: str, value: Any, allowed: tuple[str, ...]) -> str:
+    """One of the allowed words."""
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(f"{name} is {value!r}; give {' or '.join(map(repr, allowed))}")
+    return value

@@ -1,0 +1,292 @@
+"""The `lobefem` command: options over a design file, results as a table, as JSON and in a folder.
+
+Nothing heavy is imported before a command runs, so that --help answers at once. All ranks parse the
+same arguments; rank 0 alone speaks. Exit codes: 0 done, 1 a fault of ours, 2 bad input, 3 a solve
+that failed, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lobefem import __version__, options
+from lobefem.console import Ranks, progress_line, show, stdout_to_stderr
+from lobefem.errors import InputError, LobefemError
+
+if TYPE_CHECKING:
+    from lobefem.design import Design
+    from lobefem.tasks import Outcome
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Is a lobed thin-film balloon stable? Its equilibrium, buckling modes, critical pressure.",
+    epilog="Start with: [bold]lobefem modes meshes/single.toml --pressure 1000[/bold]",
+)
+
+
+def _examples(*lines: str) -> str:
+    return "Examples:\n\n" + "\n\n".join(f"[bold]{line}[/bold]" for line in lines)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"lobefem {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _lobefem(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem inflate meshes/stack4.toml --film tension-field --pressure 5 --out run",
+        "mpirun -n 2 lobefem inflate meshes/single.toml --divisions 96x128 --json -",
+    )
+)
+def inflate(
+    context: typer.Context,
+    design: options.DesignFile,
+    film: options.FilmLaw = None,
+    load: options.Load = None,
+    support: options.Support = None,
+    lift: options.Lift = None,
+    slack_stiffness: options.Slack = None,
+    prestress: options.Prestress = None,
+    divisions: options.Divisions = None,
+    cell: options.Cell = None,
+    order: options.Order = None,
+    lobes: options.Lobes = None,
+    edge_radius: options.EdgeRadius = None,
+    pressure: options.OnePressure = None,
+    petsc: options.Petsc = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    json: options.Json = None,
+) -> None:
+    """The equilibrium under gas pressure: volume, stress, forces, wrinkles."""
+    _run(context, lambda plan, progress: _tasks().inflate(plan, progress=progress))
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem modes meshes/single.toml --pressure 1000 --pressure 2000 --count 4",
+        "lobefem modes meshes/stack4.toml --load closed --mass nodal --out run",
+    )
+)
+def modes(
+    context: typer.Context,
+    design: options.DesignFile,
+    film: options.FilmLaw = None,
+    load: options.Load = None,
+    support: options.Support = None,
+    lift: options.Lift = None,
+    slack_stiffness: options.Slack = None,
+    prestress: options.Prestress = None,
+    divisions: options.Divisions = None,
+    cell: options.Cell = None,
+    order: options.Order = None,
+    lobes: options.Lobes = None,
+    edge_radius: options.EdgeRadius = None,
+    pressure: options.Pressures = None,
+    state: options.State = "ideal",
+    count: options.Count = "8",
+    mass: options.Mass = "unit",
+    petsc: options.Petsc = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    json: options.Json = None,
+) -> None:
+    """The lowest buckling modes at each pressure; a negative real part means unstable."""
+    number = _integer("--count", count, 1)
+    _one_of("--state", state, ("ideal", "inflated"))
+    _one_of("--mass", mass, ("unit", "nodal"))
+    _run(
+        context,
+        lambda plan, progress: _tasks().modes(plan, state=state, count=number, mass=mass, progress=progress),
+    )
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem critical meshes/stack4.toml",
+        "lobefem critical meshes/single.toml --divisions 32x48 --harmonic 3 --json -",
+    )
+)
+def critical(
+    context: typer.Context,
+    design: options.DesignFile,
+    film: options.FilmLaw = None,
+    load: options.Load = None,
+    support: options.Support = None,
+    lift: options.Lift = None,
+    slack_stiffness: options.Slack = None,
+    divisions: options.Divisions = None,
+    cell: options.Cell = None,
+    order: options.Order = None,
+    lobes: options.Lobes = None,
+    edge_radius: options.EdgeRadius = None,
+    state: options.State = "ideal",
+    harmonic: options.Harmonic = None,
+    petsc: options.Petsc = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    json: options.Json = None,
+) -> None:
+    """The lowest pressure at which the held isotensoid turns unstable."""
+    number = None if harmonic is None else _integer("--harmonic", harmonic, 0)
+    _one_of("--state", state, ("ideal", "inflated"))
+    _run(
+        context,
+        lambda plan, progress: _tasks().critical(plan, state=state, harmonic=number, progress=progress),
+    )
+
+
+# --- running ------------------------------------------------------------------------------------
+
+
+class _Interrupted(Exception):  # noqa: N818  no error
+    """KeyboardInterrupt, which versions of typer each turn into something else."""
+
+
+def _tasks() -> Any:
+    import lobefem.tasks
+
+    return lobefem.tasks
+
+
+def _integer(name: str, text: str, least: int) -> int:
+    if not text.strip().isdecimal() or int(text) < least:
+        raise InputError(f"{name}: {text!r} is impossible; give an integer, {least} or more")
+    return int(text)
+
+
+def _one_of(name: str, word: str, words: tuple[str, ...]) -> None:
+    if word not in words:
+        raise InputError(f"{name}: {word!r} is unknown; use {' or '.join(words)}")
+
+
+def _overridden(given: dict[str, Any], comm: Any) -> Design:
+    """The design file with the options put over it."""
+    from lobefem.design import Design
+
+    design = Design.load(given["design"], comm)
+    changes = {options.KEYS[name]: value for name, value in given.items() if name in options.KEYS}
+    changes["pressure.value"] = changes.get("pressure.value") or None  # [] where it is not given
+    return design.with_overrides(changes, options.NAMES)
+
+
+@contextmanager
+def _petsc_options(text: str | None) -> Iterator[None]:
+    """PETSc options in its database for the time of a run, on all ranks."""
+    from lobefem._dolfinx import PETSc
+
+    database = PETSc.Options()
+    before = database.getAll()
+    database.insertString(text or "")
+    try:
+        yield
+    finally:
+        for name in set(database.getAll()) - set(before):
+            database.delValue(name)
+
+
+def _run(context: typer.Context, task: Callable[[Design, Callable[[str], None] | None], Outcome]) -> None:
+    """One command from the design file to its results; raises what ends it early."""
+    given, ranks = context.params, context.obj
+    to_stdout = given["json"] == "-"
+    with stdout_to_stderr(to_stdout), progress_line(ranks) as progress:
+        from lobefem import _files, storage
+
+        # isort: split
+        from mpi4py import MPI
+
+        comm = MPI.COMM_WORLD
+        design = _overridden(given, comm)
+        folder = None
+        if given["out"] is not None:
+            folder = storage.RunFolder(given["out"], comm, overwrite=given["overwrite"])
+        if given["json"] and not to_stdout:
+            _files.check_file(given["json"], comm)
+        try:
+            with _petsc_options(given["petsc"]):
+                outcome = task(design, progress)
+        except KeyboardInterrupt:
+            raise _Interrupted from None
+        if folder is not None:
+            folder.save(design.to_toml(), outcome.results, outcome.snapshots)
+        if given["json"] and not to_stdout:
+            _files.save_json(given["json"], outcome.results, comm)
+    if ranks.is_root:
+        for warning in outcome.results["warnings"]:
+            print(f"lobefem: warning: {warning}", file=sys.stderr)
+        if to_stdout:
+            sys.stdout.write(_files.to_json(outcome.results))
+        elif outcome.error is None:
+            show(outcome.results)
+            if folder is not None:
+                print(f"Results and fields for ParaView are in {folder.path}")
+        sys.stdout.flush()
+    if outcome.error is not None:
+        kept = f"; the last converged state is in {folder.path}" if folder and outcome.snapshots else ""
+        raise type(outcome.error)(f"{outcome.error}{kept}")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        arguments: default: those of the process.
+
+    Returns:
+        the exit code, on all ranks.
+    """
+    given = sys.argv[1:] if arguments is None else arguments
+    ranks = Ranks()
+    usage_error: Any = typer.BadParameter.__mro__[1]  # click's, which newer typer keeps to itself
+    try:
+        code = app(given or ["--help"], prog_name="lobefem", standalone_mode=False, obj=ranks)
+    except LobefemError as error:
+        return ranks.end(error.exit_code, f"lobefem: {error}")
+    except (_Interrupted, KeyboardInterrupt):
+        return ranks.end(130, "lobefem: interrupted", patience=1.0)
+    except BrokenPipeError:  # the reader of stdout, `head` say, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return ranks.end(141)
+    except usage_error as error:
+        return ranks.end(2, f"lobefem: {_usage(error)}")
+    except Exception as error:
+        if os.environ.get("LOBEFEM_DEBUG"):
+            traceback.print_exc()
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        return ranks.end(1, f"lobefem: internal error: {what} (set LOBEFEM_DEBUG=1 for the traceback)")
+    return ranks.end(code if isinstance(code, int) else 0)
+
+
+def _usage(error: Any) -> str:
+    """Click's words for a wrong command line as one sentence."""
+    text = " ".join(error.format_message().split()).rstrip(".")
+    command = error.ctx.command_path if error.ctx is not None else "lobefem"
+    return f"{text}; see {command} --help"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,189 @@
+"""What a user sees of a run: one voice for all ranks, progress, tables, one end together."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
+from typing import Any
+
+__all__ = ["Ranks", "progress_line", "show", "stdout_to_stderr"]
+
+# set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
+_LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
+
+
+class Ranks:
+    """All ranks of this run; MPI is started early only where a launcher did start several.
+
+    Errors that are not the same on all ranks must not leave the others waiting: `end` sees whether
+    all have come to an end, on a communicator of its own, and aborts the run if not.
+    """
+
+    def __init__(self) -> None:
+        self._comm: Any = None
+        if any(name in os.environ for name in _LAUNCHERS):
+            from mpi4py import MPI
+
+            if MPI.COMM_WORLD.size > 1:
+                self._comm = MPI.COMM_WORLD.Dup()
+
+    @property
+    def is_root(self) -> bool:
+        """Whether this is rank 0."""
+        return self._comm is None or self._comm.rank == 0
+
+    def end(self, code: int, message: str = "", patience: float = 10.0) -> int:
+        """End the run: rank 0 says the message on stderr, all ranks leave together.
+
+        Args:
+            code: exit code of this rank.
+            message: one sentence, or more lines, for the user.
+            patience: how long to wait for the other ranks [s].
+
+        Returns:
+            the exit code. A rank that is alone with its failure speaks itself, and aborts all.
+        """
+        if self.is_root and message:
+            _say(message)
+        if self._comm is None:
+            return code
+        request, limit = self._comm.Ibarrier(), time.monotonic() + patience
+        while not request.Test():
+            if code and time.monotonic() > limit:
+                if not self.is_root and message:
+                    _say(f"{message} (rank {self._comm.rank})")
+                self._comm.Abort(code)
+            time.sleep(0.001)
+        self._comm.Free()
+        return code
+
+
+def _say(message: str) -> None:
+    sys.stdout.flush()
+    print(message, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def stdout_to_stderr(wanted: bool) -> Iterator[None]:
+    """Send what libraries print to stdout, in C or in Python, on to stderr: stdout is for JSON."""
+    if not wanted:
+        yield
+        return
+    sys.stdout.flush()
+    flush_all = ctypes.CDLL(None).fflush  # C's own buffers, PETSc's and HDF5's for example
+    flush_all(None)
+    kept = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        flush_all(None)
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+@contextmanager
+def progress_line(ranks: Ranks) -> Iterator[Callable[[str], None] | None]:
+    """A line on stderr that shows what goes on; None off rank 0 and off a terminal."""
+    if not (ranks.is_root and sys.stderr.isatty()):
+        yield None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("setting up", spinner="line") as status:
+        yield status.update
+
+
+def show(results: dict[str, Any]) -> None:
+    """Print results as a table on stdout."""
+    from rich.console import Console
+
+    # as wide as the table wants where no terminal sets a limit
+    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 120, highlight=False)
+    table = {"inflate": _inflate_table, "modes": _modes_table, "critical": _critical_table}
+    console.print(_caption(results))
+    console.print(table[results["command"]](results))
+
+
+def _caption(results: dict[str, Any]) -> str:
+    """What the table is of: the two lines above it."""
+    if results["command"] == "inflate":
+        title = f"Equilibrium at {results['pressure']:g} Pa"
+    elif results["command"] == "modes":
+        title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
+    else:
+        title = "Critical pressure of the ideal state"
+    lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
+    mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
+    design = f"{results['film']} film, {results['load']} load, {results['support']}"
+    return f"{title}\n{lobes}, {design}, {mesh}"
+
+
+def _table(*columns: str) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE)
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    return table
+
+
+_QUANTITIES = (
+    ("volume", "m^3"),
+    ("strain_energy", "J"),
+    ("max_displacement", "m"),
+    ("bar_force", "N"),
+    ("hoop_tension", "N"),
+    ("taut_area", "m^2"),
+    ("wrinkled_area", "m^2"),
+    ("slack_area", "m^2"),
+    ("residual", "N"),
+    ("iterations", ""),
+    ("num_dofs", ""),
+)
+
+
+def _inflate_table(results: dict[str, Any]) -> Any:
+    table = _table("", "value", "")
+    for key, unit in _QUANTITIES:
+        value = results[key]
+        if value is None or value == ():
+            continue
+        text = " ".join(f"{v:.8g}" for v in (value if isinstance(value, tuple) else (value,)))
+        table.add_row(key.replace("_", " "), text, unit)
+    return table
+
+
+def _modes_table(results: dict[str, Any]) -> Any:
+    unit = "Pa/m" if results["mass"] == "unit" else "N/m"
+    table = _table("pressure [Pa]", "mode", f"real [{unit}]", "imag", "harmonic", "kind", "residual")
+    for entry in results["pressures"]:
+        for k, mode in enumerate(entry["modes"], 1):
+            table.add_row(
+                f"{entry['pressure']:g}" if k == 1 else "",
+                str(k),
+                f"{mode['real']:.6g}",
+                f"{mode['imag']:.3g}" if mode["imag"] else "",
+                str(mode["harmonic"]),
+                mode["kind"],
+                f"{mode['residual']:.0e}",
+            )
+        verdict = "stable" if entry["stable"] else "unstable"
+        table.add_row("", "", verdict, end_section=True)
+    return table
+
+
+def _critical_table(results: dict[str, Any]) -> Any:
+    table = _table("pressure [Pa]", "harmonic", "kind")
+    if results["critical_pressure"] is None or results["kind"] is None:
+        table.add_row(results["reason"], "", "")
+    else:
+        pressure = f"{results['critical_pressure']:.6g}"
+        table.add_row(pressure, str(results["harmonic"]), results["kind"])
+    return table

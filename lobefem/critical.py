@@ -1,0 +1,164 @@
+"""`critical_pressure`: where the held ideal geometry turns unstable, as an eigenvalue itself.
+
+With the geometry held at the ideal isotensoid and its stress proportional to p, the tangent is
+K(p) = K_m + p K_g, and K_m phi = -p K_g phi has the critical pressures for eigenvalues. Of fixed
+wrinkles the lowest one belongs to the mesh: it tends to zero under refinement (physics, sec. 5).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from lobefem import _petsc
+from lobefem.balloon import Balloon
+from lobefem.cyclic import CyclicReduction
+from lobefem.eigenpairs import distinct, order, residual, run, solver
+from lobefem.errors import EigenError, InputError
+from lobefem.stability import Mode, check_request, make_mode
+
+# isort: split
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+__all__ = ["CriticalPressure", "critical_pressure"]
+
+PREFIX = "lobefem_critical_"
+
+
+@dataclass(frozen=True)
+class CriticalPressure:
+    """The lowest pressure at which the held ideal geometry loses stability.
+
+    Attributes:
+        pressure: p [Pa]; inf where no pressure makes it unstable, 0 where any does.
+        mode: the mode that turns unstable (its value is 0), None without one.
+        pressures: the critical pressures that were found, ascending [Pa].
+        divisions: (along a lobe, around) of the mesh it depends on, None on an unstructured one.
+        harmonic: the harmonic that was asked for, None for the lowest of all.
+    """
+
+    pressure: float
+    mode: Mode | None
+    pressures: tuple[float, ...]
+    divisions: tuple[int, int] | None
+    harmonic: int | None = None
+
+
+def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: int = 4) -> CriticalPressure:
+    """The pressure at which the held ideal geometry turns unstable: K_m phi = -p K_g phi.
+
+    From a pressure p0 at which K is positive definite, K_g phi = nu K(p0) phi, nu = -1/(p - p0), is a
+    definite pencil, and the critical pressure nearest to p0 has the largest |nu|.
+
+    Args:
+        balloon: a prestressed balloon.
+        harmonic: look at this circumferential harmonic alone, from one sector of a structured mesh;
+            None for all of them, on the full model.
+        count: how many critical pressures to look for.
+
+    Raises:
+        InputError: the balloon is not prestressed, or its mesh has no such harmonic.
+        EigenError: SLEPc failed.
+
+    Collective.
+    """
+    if not balloon.prestressed:
+        raise InputError("critical_pressure needs a prestressed balloon; pass prestressed=True")
+    check_request(balloon, count)
+    q = balloon.map.create_vector()
+    balloon.set_loads(0.0, 0.0)
+    K_m = balloon.tangent(q).copy()
+    # exact at any pressure; a high one keeps the round-off of K_m's 1e9 N/m out of the difference
+    balloon.set_loads(1e5, 1e5)
+    K_g = balloon.tangent(q).copy()
+    K_g.axpy(-1.0, K_m)
+    K_g.scale(1e-5)
+    M, plates = balloon.mass(q), balloon.map.num_parameters
+    expand: Callable[[Any], Any] | None = None
+    if harmonic is not None:
+        reduction = CyclicReduction(balloon)
+        K_m, plates = reduction.reduce(K_m, harmonic)
+        K_g, M = reduction.reduce(K_g, harmonic)[0], reduction.reduce(M, harmonic)[0]
+
+        def expand(x: Any) -> Any:
+            return reduction.expand(x.array_r, harmonic, plates)[0]
+
+    divisions = balloon.surface.divisions
+    symmetric = _petsc.asymmetry(K_g) < _petsc.SYMMETRIC
+    p0 = _stable_below(K_m, K_g, 0 if symmetric else plates, _limit(balloon))
+    if p0 in (0.0, math.inf):
+        return CriticalPressure(p0, None, (), divisions, harmonic)
+    K_0 = _combine(K_m, p0, K_g)
+    eps = solver(K_g, K_0, count + 2, symmetric, PREFIX)
+    eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
+    eps.setTolerances(1e-10, 2000)
+    _petsc.set_direct_solver(eps.getST().getKSP(), symmetric)
+    pairs = [p._replace(value=p0 - 1 / p.value) for p in distinct(run(eps, 1), M, 0.0) if p.value.real]
+    eps.destroy()
+    found = sorted((p for p in pairs if p.value.real > 0 and abs(p.value.imag) < 1e-6 * p0), key=order)
+    if not found:
+        raise EigenError(f"no critical pressure found near {p0:.6g} Pa, where one was proved to be")
+    K_g.scale(-1.0)
+    first = found[0]
+    error = residual(first, K_m, K_g)
+    if expand is not None:
+        x = expand(first.x)
+        first = first._replace(x=x, y=x.duplicate())
+    mode = replace(make_mode(balloon, q, first, error), value=0j)
+    pressures = tuple(pair.value.real for pair in found[:count])
+    return CriticalPressure(pressures[0], mode, pressures, divisions, harmonic)
+
+
+def _limit(balloon: Balloon) -> float:
+    """A pressure [Pa] far beyond any at which the film could be held: strains of several 100 %."""
+    return 10 * balloon.film.Et / math.sqrt(balloon.reference_area)
+
+
+def _combine(K_m: Any, p: float, K_g: Any) -> Any:
+    K = K_m.copy()
+    K.axpy(p, K_g)
+    return K
+
+
+def _stable_below(K_m: Any, K_g: Any, plates: int, limit: float) -> float:
+    """A pressure [Pa], within a tenth of the lowest critical one, at which K is positive definite.
+
+    The bracket is by inertia. Where K is not symmetric (`film` load on moving plates) it is that of
+    the film with its plates held, which is: the skin fails first and hardly moves a plate.
+
+    Args:
+        K_m: material part of the tangent.
+        K_g: its part per Pa.
+        plates: number of last rows to leave out.
+        limit: pressure at which to give up [Pa].
+
+    Returns:
+        the pressure; 0 where none down to 1e-6 Pa is stable, inf where all up to `limit` are.
+    """
+    if plates:
+        start, end = K_m.getOwnershipRange()
+        end = min(end, K_m.getSize()[0] - plates)
+        film = PETSc.IS().createStride(max(end - start, 0), start, 1, comm=K_m.getComm())
+        K_m, K_g = K_m.createSubMatrix(film, film), K_g.createSubMatrix(film, film)
+
+    def stable(p: float) -> bool:
+        K = _combine(K_m, p, K_g)
+        negative = _petsc.num_negative(K)
+        K.destroy()
+        return negative == 0
+
+    low = next((p for p in (1.0, 1e-3, 1e-6) if stable(p)), 0.0)
+    if low == 0.0:
+        return 0.0
+    high = 4 * low
+    while stable(high):
+        low, high = high, 4 * high
+        if low > limit:
+            return math.inf
+    while high > 1.1 * low:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low

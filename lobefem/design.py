@@ -1,0 +1,267 @@
+"""The design file: TOML in, a validated `Design` out, and from there the surface and the balloon.
+
+Sections [shape], [mesh], [film], [hoops], [plates], [pressure]; every key has the paper's value as
+its default, but without a table [hoops] there are no hoops. Numbers are SI, or text with a unit
+("0.05 mm"). Whatever is wrong is said in one sentence: the key, the value, what to try.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import Field, ValidationError, model_validator
+
+from lobefem.errors import InputError
+from lobefem.sections import (
+    Film,
+    Hoops,
+    Mesh,
+    Plates,
+    Pressure,
+    Section,
+    Shape,
+    fill,
+    listed,
+    nearest,
+)
+from lobefem.units import LENGTH, shown
+
+if TYPE_CHECKING:
+    from lobefem.balloon import Balloon
+    from lobefem.surface import Surface
+
+__all__ = ["Design"]
+
+_SLACK = {"isotropic": 0.0, "fixed-wrinkles": 0.0, "tension-field": 1e-6}
+
+
+class Design(Section):
+    """A balloon as its design file describes it, checked and complete.
+
+    Read one with `Design.load`, change it with `with_overrides`, and build from it with `surface`
+    and `balloon`.
+    """
+
+    shape: Shape = Field(default_factory=Shape)
+    mesh: Mesh = Field(default_factory=Mesh)
+    film: Film = Field(default_factory=Film)
+    hoops: Hoops = Field(default_factory=lambda: Hoops(enabled=False))
+    plates: Plates = Field(default_factory=Plates)
+    pressure: Pressure = Field(default_factory=Pressure)
+
+    @model_validator(mode="after")
+    def _complete(self) -> Design:
+        lobed = self.shape.kind == "isotensoid"
+        size = self.shape.edge_radius or self.shape.R0 or self.shape.radius or 0.0
+        film = self.film.model_copy()  # it may be part of another design
+        if film.thickness > 0.01 * size:
+            raise ValueError(
+                f"film.thickness = {film.thickness} m is no thin film on a radius of {size} m; "
+                f"{LENGTH.advice}"
+            )
+        if film.slack_stiffness is None:
+            fill(film, "slack_stiffness", _SLACK[film.law])
+        if film.prestress is None:
+            fill(film, "prestress", lobed and film.law == "fixed-wrinkles")
+        elif film.prestress and not lobed:
+            raise ValueError("film.prestress = true needs an isotensoid; leave it out for a cylinder")
+        fill(self, "film", film)
+        return self
+
+    # --- reading and writing --------------------------------------------------------------------
+
+    @classmethod
+    def parse(cls, tables: Mapping[str, Any], source: str = "") -> Design:
+        """Check nested tables, as TOML gives them.
+
+        Args:
+            tables: sections and their keys.
+            source: where they come from, for messages.
+
+        Raises:
+            InputError: the first thing that is wrong, in one sentence.
+        """
+        try:
+            return cls.model_validate(dict(tables))
+        except ValidationError as error:
+            _, begin, text = _first_error(error)
+            raise InputError((source and f"{source}: ") + begin + text) from None
+
+    @classmethod
+    def load(cls, path: str | Path, comm: Any = None) -> Design:
+        """Read a design file.
+
+        Args:
+            path: of a TOML file.
+            comm: MPI communicator; rank 0 reads for all, so that all see the same file or the same
+                error. Collective if given.
+
+        Raises:
+            InputError: a file that cannot be read, is not TOML or holds an impossible design.
+        """
+        read: tuple[dict[str, Any] | None, str]
+        read = _read(Path(path)) if comm is None or comm.rank == 0 else (None, "")
+        if comm is not None:
+            read = comm.bcast(read, root=0)
+        tables, fault = read
+        if tables is None:
+            raise InputError(fault)
+        return cls.parse(tables, str(path))
+
+    def with_overrides(self, changes: Mapping[str, Any], names: Mapping[str, str] | None = None) -> Design:
+        """A design with some keys changed, checked again as a whole; defaults follow the changes.
+
+        A new size replaces the old one, however that was given; on a cylinder `shape.edge_radius`
+        is its radius.
+
+        Args:
+            changes: values by "section.key"; those that are None change nothing.
+            names: what messages call a key instead ("film.law": "--film").
+
+        Raises:
+            InputError: a change that leads to no sound design.
+        """
+        tables = self.model_dump(exclude_unset=True)
+        given = {key: value for key, value in changes.items() if value is not None}
+        for path, value in given.items():
+            section, _, key = path.partition(".")
+            table = tables.setdefault(section, {})
+            if section == "shape" and key in ("edge_radius", "R0"):
+                table.pop("edge_radius", None)
+                table.pop("R0", None)
+                key = "radius" if table.get("kind") == "cylinder" else key
+            if path in ("mesh.divisions", "mesh.size"):
+                table.pop("size" if key == "divisions" else "divisions", None)
+                table["layout"] = "structured" if key == "divisions" else "unstructured"
+            table[key] = value
+        try:
+            return Design.model_validate(tables)
+        except ValidationError as error:
+            path, begin, text = _first_error(error)
+            called = (names or {}).get("shape.edge_radius" if path == "shape.radius" else path)
+            raise InputError((f"{called}: " if called else begin) + text) from None
+
+    def to_toml(self) -> str:
+        """The design as TOML with all defaults filled in; `load` of it gives an equal design."""
+        lines = []
+        for section, keys in self.model_dump().items():
+            lines += ["", f"[{section}]"]
+            lines += [f"{key} = {_toml(value)}" for key, value in keys.items() if value is not None]
+        return "\n".join(lines[1:]) + "\n"
+
+    # --- building -------------------------------------------------------------------------------
+
+    @property
+    def has_ideal_state(self) -> bool:
+        """Whether there is a shape that carries the pressure without hoop stress: an isotensoid."""
+        return self.shape.kind == "isotensoid"
+
+    def surface(self, comm: Any = None) -> Surface:
+        """The meshed film. Collective.
+
+        Args:
+            comm: MPI communicator (default: all ranks).
+        """
+        import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+
+        # isort: split
+        from mpi4py import MPI
+
+        from lobefem.isotensoid import Isotensoid
+        from lobefem.surface import cylinder, lobed_cylinder
+
+        shape, mesh = self.shape, self.mesh
+        how: dict[str, Any] = {
+            "divisions": mesh.divisions or (24, 32),
+            "cell": mesh.cell,
+            "order": mesh.order,
+            "diagonals": mesh.diagonals,
+            "layout": mesh.layout,
+            "size": mesh.size,
+            "comm": MPI.COMM_WORLD if comm is None else comm,
+        }
+        if shape.kind == "cylinder":
+            assert shape.radius is not None
+            assert shape.length is not None
+            return cylinder(shape.radius, shape.length, **how)
+        assert shape.truncation is not None
+        if shape.R0 is not None:
+            lobe = Isotensoid(shape.R0, shape.truncation)
+        else:
+            assert shape.edge_radius is not None
+            lobe = Isotensoid.from_edge_radius(shape.edge_radius, shape.truncation)
+        return lobed_cylinder(shape.lobes, shape=lobe, **how)
+
+    def balloon(self, surface: Surface, *, prestressed: bool | None = None) -> Balloon:
+        """Film, load, hoops and plates on a surface. Collective.
+
+        Args:
+            surface: from `surface`.
+            prestressed: whether the isotensoid's stress is built in (default: as designed).
+        """
+        from lobefem.balloon import Balloon
+        from lobefem.cables import Hoops as Seams
+        from lobefem.films import FILMS
+        from lobefem.loads import GasPressure
+        from lobefem.plates import EndPlates
+
+        film, plates = self.film, self.plates
+        material: dict[str, Any] = {"E": film.E, "nu": film.nu, "thickness": film.thickness}
+        if film.law != "isotropic":
+            material["slack_stiffness"] = film.slack_stiffness
+        parts: list[Any] = [GasPressure(self.pressure.load)]
+        if self.hoops.enabled:
+            parts.append(Seams(EA=self.hoops.EA))
+        parts.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
+        built_in = bool(film.prestress) if prestressed is None else prestressed
+        return Balloon(
+            surface,
+            FILMS[film.law](**material),
+            parts,
+            prestressed=built_in,
+            hoop_slack=film.hoop_slack if built_in else 0.0,
+        )
+
+
+def _read(path: Path) -> tuple[dict[str, Any] | None, str]:
+    """The tables of a TOML file, or None and what is wrong with it."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8")), ""
+    except FileNotFoundError:
+        return None, f"there is no design file {str(path)!r}; see meshes/ for examples"
+    except OSError as error:
+        return None, f"cannot read {str(path)!r} ({error.strerror}); give a TOML design file"
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "not such a text"
+        return None, f"{path} is no TOML ({reason}); see meshes/ for examples"
+
+
+def _first_error(error: ValidationError) -> tuple[str, str, str]:
+    """Key path, how a sentence begins with it, and its rest; unknown keys before all others."""
+    errors = error.errors(include_url=False)
+    first = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
+    keys = [str(part) for part in first["loc"]]
+    path = ".".join(keys)
+    if first["type"] == "extra_forbidden":
+        where = Design if len(keys) == 1 else Design.model_fields[keys[0]].annotation
+        known = tuple(where.model_fields)  # type: ignore[union-attr]
+        what = "section" if len(keys) == 1 else f"key of [{keys[0]}]"
+        choice = f"is no {what}; use {listed(known)}{nearest(keys[-1], known)}"
+        return path, f"{shown(path)} ", choice
+    if first["type"] == "value_error":
+        # what is wrong with a section as a whole begins with one of its keys
+        begin = {0: "", 1: f"{path}.", 2: f"{path}: "}
+        return path, begin[len(keys)], str(first["ctx"]["error"])
+    text = f"{shown(first['input'])} is not a table; write [{path}] and its keys below"
+    return path, f"{path}: ", text
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_toml, value))}]"
+    return f'"{value}"' if isinstance(value, str) else repr(value)  # words only: nothing to escape

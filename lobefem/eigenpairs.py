@@ -1,0 +1,225 @@
+"""Eigenpairs by SLEPc that can be trusted: every copy of a multiple one, and the last digits.
+
+Vectors are complex in a real PETSc, x + i y. Up to `with_conjugates` a complex value stands for its
+conjugate too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
+from lobefem.errors import EigenError
+
+# isort: split
+from petsc4py import PETSc
+from slepc4py import SLEPc
+
+__all__ = ["Pair", "distinct", "order", "refine", "residual", "run", "solver", "with_conjugates"]
+
+Complex = tuple[Any, Any]  # (real, imaginary)
+
+
+class Pair(NamedTuple):
+    """An eigenvalue with its vector x + i y."""
+
+    value: complex
+    x: Any
+    y: Any
+
+
+def order(pair: Pair) -> tuple[float, float, float]:
+    """Sort key: real part, then |imaginary part|; conjugates stay together."""
+    return pair.value.real, abs(pair.value.imag), -pair.value.imag
+
+
+def solver(A: Any, B: Any, count: int, symmetric: bool, prefix: str) -> Any:
+    """A SLEPc solver for A phi = lambda B phi, B positive definite where A is symmetric."""
+    eps = SLEPc.EPS().create(A.getComm())
+    eps.setOptionsPrefix(prefix)
+    eps.setOperators(A, B)
+    kind = SLEPc.EPS.ProblemType
+    eps.setProblemType(kind.GHEP if symmetric else kind.GNHEP)
+    eps.setDimensions(count, min(max(2 * count + 8, 24), A.getSize()[0]))
+    return eps
+
+
+def run(eps: Any, count: int, seed: int = 1) -> list[Pair]:
+    """Solve from a random vector and return the converged pairs, at least `count`, in order.
+
+    A Krylov space grown from one vector holds one vector of each eigenspace; where symmetry makes
+    eigenspaces double, the second one comes from round-off, or from a run with another seed.
+
+    Raises:
+        EigenError: SLEPc failed, or fewer converged.
+    """
+    A, _ = eps.getOperators()
+    start = A.createVecRight()
+    rng = np.random.default_rng((seed, A.getComm().rank))
+    start.array[:] = rng.standard_normal(start.getLocalSize())
+    eps.setInitialSpace([start])
+    eps.setFromOptions()
+    try:
+        eps.solve()
+    except (PETSc.Error, SystemError) as error:
+        raise EigenError(f"SLEPc failed ({error}); try another number of modes") from error
+    converged = eps.getConverged()
+    if converged < count:
+        raise EigenError(
+            f"only {converged} of {count} eigenpairs converged (SLEPc's reason "
+            f"{eps.getConvergedReason()}); try fewer modes or another pressure",
+            converged=converged,
+        )
+    pairs = []
+    for i in range(converged):
+        x, y = A.createVecRight(), A.createVecRight()
+        value = complex(eps.getEigenpair(i, x, y))
+        if value.imag < 0:
+            continue
+        _polish(eps, x, y)
+        if value.imag > 1e-8 * abs(value - eps.getTarget()):
+            pairs.append(Pair(value, x, y))
+        else:  # real; one of a double value that round-off split has two real vectors
+            pairs += [Pair(complex(value.real), v, v.duplicate()) for v in ((x, y) if value.imag else (x,))]
+    return sorted(pairs, key=order)
+
+
+def with_conjugates(pairs: Sequence[Pair]) -> list[Pair]:
+    """The pairs in order, each complex one followed by its conjugate."""
+    result = []
+    for pair in sorted(pairs, key=order):
+        result.append(pair)
+        if pair.value.imag:
+            minus_y = pair.y.copy()
+            minus_y.scale(-1.0)
+            result.append(Pair(pair.value.conjugate(), pair.x, minus_y))
+    return result
+
+
+def _polish(eps: Any, x: Any, y: Any) -> None:
+    """Shift-invert the vector once more.
+
+    That multiplies it by a number, and damps the noise that the stiffest directions, the hoops'
+    stretch, have in it.
+    """
+    st = eps.getST()
+    if st.getType() != SLEPc.ST.Type.SINVERT:
+        return
+    work = x.duplicate()
+    for v in (x, y):
+        st.apply(v, work)
+        work.copy(v)
+    _scale((x, y), 1 / math.hypot(x.norm(), y.norm()))
+
+
+def distinct(pairs: Sequence[Pair], M: Any, shift: float) -> list[Pair]:
+    """The pairs without repetition: of a cluster of equal values, those with independent vectors.
+
+    Args:
+        pairs: of one run or several.
+        M: a positive definite matrix, the inner product in which vectors are compared.
+        shift: number from which values are told apart, to a relative 1e-5.
+    """
+    kept: list[tuple[Pair, Complex]] = []  # with the vectors made orthonormal
+    for pair in sorted(pairs, key=order):
+        vector = (pair.x.copy(), pair.y.copy())
+        _scale(vector, 1 / math.sqrt(_inner(M, vector, vector).real))
+        for other, unit in kept:
+            if abs(other.value - pair.value) <= 1e-5 * abs(pair.value - shift):
+                _subtract(vector, _inner(M, unit, vector), unit)
+        rest = _inner(M, vector, vector).real
+        if rest > 1e-4:
+            _scale(vector, 1 / math.sqrt(rest))
+            kept.append((pair, vector))
+    return [pair for pair, _ in kept]
+
+
+def refine(
+    pairs: Sequence[Pair],
+    B: Any,
+    curvature: Callable[[Any, Any], float],
+    solve_transposed: Callable[[Any, Any], None] | None,
+) -> list[Pair]:
+    """The pairs with their values as two-sided quotients z . K x/z . B x of an unassembled K.
+
+    The error of a value is then the product of both vectors' errors, and the round-off of K's
+    entries has no part in it. Left vectors are the dual basis to the right ones after three steps of
+    inverse iteration with the transposed matrix.
+
+    Args:
+        pairs: all pairs of a run.
+        B: symmetric matrix of the right-hand side.
+        curvature: (v, u) -> v . K u for real vectors.
+        solve_transposed: (b, x) solves (K - shift B)^T x = b; None where K is symmetric and left
+            vectors are the right ones.
+    """
+    blocks = [(p.x, p.y) if p.value.imag else (p.x,) for p in pairs]
+    right = [v for block in blocks for v in block]
+    left = [v.copy() for v in right]
+    work = B.createVecLeft()
+    for z in left if solve_transposed is not None else ():
+        for _ in range(3):
+            B.mult(z, work)
+            solve_transposed(work, z)  # type: ignore[misc]
+            z.scale(1 / z.norm())
+    gram = np.empty((len(left), len(right)))
+    for j, u in enumerate(right):
+        B.mult(u, work)
+        gram[:, j] = [z.dot(work) for z in left]
+    dual = np.linalg.inv(gram)  # rows combine the left vectors to W with W^T B R = 1
+    values: list[complex] = []
+    start = 0
+    for block in blocks:
+        at = range(start, start + len(block))
+        start += len(block)
+        small = np.empty((len(block), len(block)))
+        for a, i in enumerate(at):
+            w = B.createVecLeft()
+            w.maxpy(list(dual[i]), left)
+            small[a] = [curvature(w, right[j]) for j in at]
+        found = np.linalg.eigvals(small)
+        values += [complex(found[np.argmax(found.imag)])]
+    return [pair._replace(value=value) for pair, value in zip(pairs, values, strict=True)]
+
+
+def residual(pair: Pair, K: Any, B: Any, shift: float = 0.0) -> float:
+    """The relative residual ||K phi - lambda B phi||/||K phi||.
+
+    With a shift the denominator is at least |lambda - shift| ||B phi||: a rigid motion has K phi = 0
+    but for round-off.
+    """
+    Kx, Ky, Bx, By = (M.createVecLeft() for M in (K, K, B, B))
+    K.mult(pair.x, Kx)
+    K.mult(pair.y, Ky)
+    B.mult(pair.x, Bx)
+    B.mult(pair.y, By)
+    size = math.hypot(Kx.norm(), Ky.norm())
+    if shift:
+        size = max(size, abs(pair.value - shift) * math.hypot(Bx.norm(), By.norm()))
+    _subtract((Kx, Ky), pair.value, (Bx, By))
+    return math.hypot(Kx.norm(), Ky.norm()) / size if size else 0.0
+
+
+def _inner(M: Any, a: Complex, b: Complex) -> complex:
+    """a* M b."""
+    real, imag = M.createVecLeft(), M.createVecLeft()
+    M.mult(b[0], real)
+    M.mult(b[1], imag)
+    return complex(a[0].dot(real) + a[1].dot(imag), a[0].dot(imag) - a[1].dot(real))
+
+
+def _subtract(a: Complex, factor: complex, b: Complex) -> None:
+    """A -= factor b, in place."""
+    a[0].axpy(-factor.real, b[0])
+    a[0].axpy(factor.imag, b[1])
+    a[1].axpy(-factor.real, b[1])
+    a[1].axpy(-factor.imag, b[0])
+
+
+def _scale(a: Complex, factor: float) -> None:
+    a[0].scale(factor)
+    a[1].scale(factor)

@@ -1,0 +1,327 @@
+"""`inflate`: the equilibrium of a balloon under gas pressure, by PETSc SNES."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import _dolfinx, _petsc  # noqa: F401  (the stack, before PETSc)
+
+# isort: split
+from petsc4py import PETSc
+
+from lobefem.balloon import Balloon
+from lobefem.errors import ConvergenceError, InputError
+from lobefem.log import logger
+
+__all__ = ["Equilibrium", "ideal_state", "inflate"]
+
+Array = npt.NDArray[np.float64]
+Progress = Callable[[str], None]
+
+PREFIX = "lobefem_inflate_"
+_REASONS = {
+    value: name.lower().replace("_", " ")
+    for name, value in vars(PETSc.SNES.ConvergedReason).items()
+    if isinstance(value, int)
+}
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A balloon's state: its own copies of the unknowns, and what was measured on it.
+
+    Attributes:
+        balloon: the balloon this is a state of.
+        pressure: gas pressure p [Pa].
+        prestress: pressure p0 [Pa] whose isotensoid stress is built into film and cords.
+        unknowns: this rank's part of q (see `lobefem.constraints`).
+        displacement: this rank's nodal displacements, ghosts included, (nodes, 3) [m].
+        converged, reason, iterations: of SNES (all steps together); reason in words.
+        residual: norm of the reduced residual [N, N m].
+        relative_residual: the same over the norm of the pressure's nodal forces.
+        volume: enclosed by film and plates [m^3].
+        strain_energy: of film, cords and bar [J], built-in stress included.
+        max_displacement: largest nodal displacement [m].
+        bar_force: [N], tension positive; None without a bar or with both rims held.
+        hoop_tension: mean tension of each cord group [N].
+        taut_area, wrinkled_area, slack_area: reference areas [m^2].
+        num_dofs: displacement components of all nodes.
+        steps: pressures at which Newton's method converged on the way [Pa].
+    """
+
+    balloon: Balloon = field(repr=False)
+    pressure: float
+    prestress: float
+    unknowns: Array = field(repr=False)
+    displacement: Array = field(repr=False)
+    converged: bool
+    reason: str
+    iterations: int
+    residual: float
+    relative_residual: float
+    volume: float
+    strain_energy: float
+    max_displacement: float
+    bar_force: float | None
+    hoop_tension: tuple[float, ...]
+    taut_area: float
+    wrinkled_area: float
+    slack_area: float
+    num_dofs: int
+    steps: tuple[float, ...] = ()
+
+    def vector(self) -> Any:
+        """The unknowns q as a PETSc vector. Collective."""
+        q = self.balloon.map.create_vector()
+        q.array[:] = self.unknowns
+        return q
+
+    def activate(self) -> Any:
+        """Put this state's loads and displacement back into its balloon; returns q. Collective."""
+        self.balloon.set_loads(self.pressure, self.prestress)
+        q = self.vector()
+        self.balloon.place(q)
+        return q
+
+    def stress_resultants(self) -> Any:
+        """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
+        self.activate()
+        return self.balloon.stress_resultants()
+
+
+def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
+    """The isotensoid as it was drawn, geometry held, its stress proportional to the pressure.
+
+    The paper's sec. 5 takes its eigenvalues here. Exact equilibrium up to discretisation, whose
+    residual is reported.
+
+    Args:
+        balloon: a prestressed balloon.
+        pressure: p [Pa].
+
+    Collective.
+    """
+    _check_pressure(pressure)
+    if not balloon.prestressed:
+        raise InputError("the ideal state needs a prestressed balloon; pass prestressed=True")
+    balloon.set_loads(pressure, pressure)
+    q = balloon.map.create_vector()
+    return _record(balloon, q, True, "held geometry", 0, ())
+
+
+def inflate(
+    balloon: Balloon,
+    pressure: float,
+    *,
+    prestress: float | None = None,
+    start: Equilibrium | None = None,
+    rtol: float = 1e-8,
+    max_iterations: int = 40,
+    min_step: float = 1e-3,
+    progress: Progress | None = None,
+) -> Equilibrium:
+    """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
+
+    Newton's method with MUMPS; its line search minimises the potential energy. The `film` load on
+    moving plates has none: there the search freezes the plates' own share over each step.
+
+    Args:
+        balloon: what to inflate.
+        pressure: gas pressure [Pa].
+        prestress: pressure whose isotensoid stress is built in [Pa]; by default `pressure` for a
+            prestressed balloon and 0 otherwise.
+        start: state to start from (default: the reference shape).
+        rtol: norm of the residual over that of the pressure's nodal forces.
+        max_iterations: Newton iterations of one solve.
+        min_step: smallest pressure step, as a share of the whole.
+        progress: called with a line of text after each solve.
+
+    Raises:
+        InputError: a pressure that is no number.
+        ConvergenceError: no equilibrium found; its `state` is the last one that was.
+
+    Collective.
+    """
+    _check_pressure(pressure)
+    if prestress is None:
+        prestress = pressure if balloon.prestressed else 0.0
+    if prestress and not balloon.prestressed:
+        raise InputError(f"prestress = {prestress} Pa needs a balloon with prestressed=True")
+    if start is not None and start.balloon.map.size != balloon.map.size:
+        raise InputError(
+            f"the start has {start.balloon.map.size} unknowns and this balloon {balloon.map.size}; start "
+            "from a state on the same mesh with the same supports"
+        )
+    q = start.vector() if start is not None else balloon.map.create_vector()
+    solver = _Newton(balloon, q, rtol, max_iterations)
+    try:
+        return _step(balloon, solver, q, start, pressure, prestress, min_step, progress)
+    finally:
+        solver.destroy()
+
+
+def _step(
+    balloon: Balloon,
+    solver: _Newton,
+    q: Any,
+    start: Equilibrium | None,
+    end: float,
+    prestress: float,
+    min_step: float,
+    progress: Progress | None,
+) -> Equilibrium:
+    """One step to the end, halved when it fails and doubled when it does not."""
+    begin = start.pressure if start is not None else 0.0
+    last, share, step = q.copy(), 0.0, 1.0
+    iterations, visited = 0, []
+    while True:
+        target = min(1.0, share + step)
+        p = begin + target * (end - begin)
+        balloon.set_loads(p, prestress)
+        reason, count = solver.solve(q)
+        iterations += count
+        say = f"inflate {p:.6g} Pa: {_REASONS[reason]} after {count} iterations, |r| = {solver.norm:.2e}"
+        logger.info(say)
+        if progress is not None:
+            progress(say)
+        if reason > 0:
+            visited.append(p)
+            if target == 1.0:
+                return _record(balloon, q, True, _REASONS[reason], iterations, tuple(visited))
+            share, step = target, 2 * step
+            q.copy(last)
+            continue
+        last.copy(q)
+        step /= 2
+        if step < min_step:
+            balloon.set_loads(begin + share * (end - begin), prestress)
+            state = start
+            if visited:
+                state = _record(balloon, q, True, "last converged", iterations, tuple(visited))
+            raise ConvergenceError(
+                f"inflate stopped at {begin + share * (end - begin):.6g} Pa of {end:.6g} Pa "
+                f"({_REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
+                "prestressed film, or a start that is not flat",
+                state=state,
+                pressure=p,
+                residual=solver.norm,
+                reason=_REASONS[reason],
+            )
+
+
+class _Newton:
+    """SNES on a balloon's reduced residual and tangent."""
+
+    def __init__(self, balloon: Balloon, q: Any, rtol: float, max_iterations: int) -> None:
+        self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
+        self._r = q.duplicate()
+        K = balloon.tangent(q)
+        self.snes = snes = PETSc.SNES().create(balloon.comm)
+        snes.setOptionsPrefix(PREFIX)
+        snes.setType(PETSc.SNES.Type.NEWTONLS)
+        snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
+        snes.setJacobian(self._tangent, K)
+        self._base: float | None = None
+        # `closed` pressure has a potential; `film` pressure has none where an edge of the film moves
+        symmetric = balloon.load.convention == "closed" or self._is_symmetric(q)
+        if symmetric or balloon.motion is not None:
+            snes.setObjective(self._objective)
+        snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
+        _petsc.set_direct_solver(snes.getKSP(), symmetric)
+        # petsc4py before 3.23 has no handle on the line search
+        with _petsc.options(PREFIX, {"snes_linesearch_type": "bt"}):
+            snes.setFromOptions()
+
+    def _is_symmetric(self, q: Any) -> bool:
+        """Whether the load stiffness is symmetric at q, by its assembled matrix at 1 Pa."""
+        balloon = self.balloon
+        loads = float(balloon.pressure.value), float(balloon.prestress.value)
+        balloon.set_loads(1.0, 0.0)
+        skew = _petsc.asymmetry(balloon.tangent(q))
+        balloon.set_loads(*loads)
+        return skew < _petsc.SYMMETRIC
+
+    def _tangent(self, snes: Any, x: Any, J: Any, P: Any) -> None:
+        self._base = None
+        self.balloon.tangent(x)
+
+    def _objective(self, snes: Any, x: Any) -> float:
+        """The energy (see `Balloon.energy`); a change within its round-off counts as none.
+
+        Newton's last steps lower the energy by less than it can resolve. Armijo's test then fails
+        by chance, where the approximate one of Hager and Zhang (2005), E <= E0 + eps, accepts.
+        """
+        if self._base is None:
+            self.balloon.freeze_plates(x)
+        energy, size = self.balloon.energy(x)
+        if self._base is None:
+            self._base = energy
+        noise = 1e-12 * size
+        return self._base if abs(energy - self._base) <= noise else energy
+
+    def solve(self, q: Any) -> tuple[int, int]:
+        """Solve from q in place; returns SNES's converged reason and iterations."""
+        scale = self.balloon.load_norm(q)
+        self.balloon.residual(q, self._r)
+        if scale == 0.0:
+            scale = self._r.norm() or 1.0
+        self.snes.setTolerances(atol=self.rtol * scale)
+        self.snes.solve(None, q)
+        self.norm = self.snes.getFunctionNorm()
+        reason: Any = self.snes.getConvergedReason()
+        return reason, self.snes.getIterationNumber()
+
+    def destroy(self) -> None:
+        """Free the PETSc objects and with them the references to the balloon."""
+        self.snes.destroy()
+        self._r.destroy()
+
+
+def _record(
+    balloon: Balloon,
+    q: Any,
+    converged: bool,
+    reason: str,
+    iterations: int,
+    steps: tuple[float, ...],
+) -> Equilibrium:
+    r = q.duplicate()
+    balloon.residual(q, r)
+    norm, scale = r.norm(), balloon.load_norm(q)
+    bar_force = balloon.bar_force()
+    r.destroy()
+    displacement = balloon.u.x.array.reshape(-1, 3).copy()
+    taut, wrinkled, slack = balloon.region_areas()
+    return Equilibrium(
+        balloon=balloon,
+        pressure=float(balloon.pressure.value),
+        prestress=float(balloon.prestress.value),
+        unknowns=q.array_r.copy(),
+        displacement=displacement,
+        converged=converged,
+        reason=reason,
+        iterations=iterations,
+        residual=norm,
+        relative_residual=norm / scale if scale else norm,
+        volume=balloon.volume(),
+        strain_energy=balloon.strain_energy(),
+        max_displacement=balloon.largest(displacement),
+        bar_force=bar_force,
+        hoop_tension=balloon.cord_tensions(),
+        taut_area=taut,
+        wrinkled_area=wrinkled,
+        slack_area=slack,
+        num_dofs=3 * balloon.V.dofmap.index_map.size_global,
+        steps=steps,
+    )
+
+
+def _check_pressure(pressure: float) -> None:
+    if not math.isfinite(pressure):
+        raise InputError(f"pressure = {pressure} must be a finite number of pascals")

@@ -1,0 +1,197 @@
+"""Film laws, each one an energy per reference area in terms of the Green-Lagrange strain.
+
+Strains are 2x2 in the film's frame (first axis the meridian, second the hoop); energies are in
+J/m^2 and stress resultants N = stress x thickness in N/m. Material numbers reach the energy through
+`number`, by default `float`; a `Balloon` passes one that makes UFL constants, so that a compiled form
+serves every material.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import ufl
+
+from lobefem.errors import InputError
+
+__all__ = ["FILMS", "Film", "FixedWrinkles", "Isotropic", "TensionField"]
+
+Number = Callable[[float], Any]
+
+
+@dataclass(frozen=True)
+class Film(ABC):
+    """A thin elastic film.
+
+    Args:
+        E: Young's modulus [Pa].
+        nu: Poisson's ratio, -1 < nu <= 0.5.
+        thickness: film thickness t [m].
+
+    Raises:
+        InputError: a number out of its range.
+    """
+
+    E: float = 3.5e9
+    nu: float = 0.3
+    thickness: float = 5e-5
+
+    def __post_init__(self) -> None:
+        for name, value in (("E", self.E), ("thickness", self.thickness)):
+            if not (math.isfinite(value) and value > 0):
+                raise InputError(f"film {name} = {value} must be a positive number (SI units)")
+        if not -1 < self.nu <= 0.5:
+            raise InputError(f"film nu = {self.nu} must lie in (-1, 0.5]; plastics have 0.3 to 0.5")
+
+    # whether the law knows a direction of its own, so that its strain varies with the frame
+    directional: ClassVar[bool] = False
+
+    @property
+    def Et(self) -> float:
+        """Membrane stiffness E t [N/m]."""
+        return self.E * self.thickness
+
+    @abstractmethod
+    def energy(self, strain: Any, number: Number = float) -> Any:
+        """Strain energy per reference area [J/m^2] of a 2x2 strain in the film's frame."""
+
+    def prestrain(self, resultant: Any, number: Number = float, hoop_slack: float = 0.0) -> Any:
+        """The strain E0 (2x2) that carries the meridional `resultant` [N/m] with no hoop stress.
+
+        E0 = diag(N/(E t), -nu N/(E t) - s), s >= 0 the hoop slack (paper sec. 4.1, initial stress).
+        """
+        e = resultant / number(self.Et)
+        slack = number(hoop_slack) if hoop_slack else 0
+        return ufl.as_matrix([[e, 0], [0, -number(self.nu) * e - slack]])
+
+    def regions(self, strain: Any, number: Number = float) -> tuple[Any, Any, Any]:
+        """Indicators (1 or 0) of taut, wrinkled and slack film at a strain.
+
+        Paper sec. 4: taut where the minor principal stress of the isotropic law is positive,
+        slack where no principal strain is, wrinkled in between.
+        """
+        e1, e2 = _principal(strain)
+        taut = ufl.conditional(ufl.ge(e2 + number(self.nu) * e1, 0), 1.0, 0.0)
+        slack = ufl.conditional(ufl.le(e1, 0), 1.0, 0.0) * (1 - taut)
+        return taut, 1 - taut - slack, slack
+
+
+def _principal(strain: Any) -> tuple[Any, Any]:
+    """Principal values of a symmetric 2x2 tensor, major first."""
+    mean = (strain[0, 0] + strain[1, 1]) / 2
+    radius = ufl.sqrt(((strain[0, 0] - strain[1, 1]) / 2) ** 2 + strain[0, 1] ** 2)
+    return mean + radius, mean - radius
+
+
+def _plane_stress(strain: Any, stiffness: Any, nu: Any) -> Any:
+    """Plane-stress St Venant-Kirchhoff energy, C/2 [(1-nu) E:E + nu tr(E)^2], C = E t/(1-nu^2)."""
+    trace = strain[0, 0] + strain[1, 1]
+    square = strain[0, 0] ** 2 + strain[1, 1] ** 2 + 2 * strain[0, 1] ** 2
+    return stiffness / (2 * (1 - nu**2)) * ((1 - nu) * square + nu * trace**2)
+
+
+@dataclass(frozen=True)
+class Isotropic(Film):
+    """Plane-stress St Venant-Kirchhoff film, in tension and in compression (paper eq. 10)."""
+
+    def energy(self, strain: Any, number: Number = float) -> Any:
+        """E t/(2(1 - nu^2)) [(1 - nu) E:E + nu (tr E)^2]."""
+        return _plane_stress(strain, number(self.Et), number(self.nu))
+
+
+@dataclass(frozen=True)
+class FixedWrinkles(Film):
+    """Film wrinkled along the meridian for good (paper sec. 3, eqs. 6-9).
+
+    It is stiff along the wrinkles only, and there in compression too: no hoop and no shear
+    stiffness.
+
+    Args:
+        slack_stiffness: share of the isotropic energy that is added for the directions without
+            stiffness (0, the paper's element, by default).
+    """
+
+    slack_stiffness: float = 0.0
+    directional: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_share(self.slack_stiffness)
+
+    def energy(self, strain: Any, number: Number = float) -> Any:
+        """E t/2 (m . E m)^2, m the meridian."""
+        wrinkled = number(self.Et) / 2 * strain[0, 0] ** 2
+        if not self.slack_stiffness:
+            return wrinkled
+        share = number(self.slack_stiffness)
+        return (1 - share) * wrinkled + share * _plane_stress(strain, number(self.Et), number(self.nu))
+
+    def prestrain(self, resultant: Any, number: Number = float, hoop_slack: float = 0.0) -> Any:
+        """diag(N/(E t), 0); the share's own Poisson stress is zero with -nu N/(E t) in the hoop."""
+        if self.slack_stiffness:
+            return super().prestrain(resultant, number, hoop_slack)
+        return ufl.as_matrix([[resultant / number(self.Et), 0], [0, 0]])
+
+    def regions(self, strain: Any, number: Number = float) -> tuple[Any, Any, Any]:
+        """Wrinkled everywhere but where the meridian is shortened: slack there."""
+        slack = ufl.conditional(ufl.lt(strain[0, 0], 0), 1.0, 0.0)
+        return 0 * slack, 1 - slack, slack
+
+
+@dataclass(frozen=True)
+class TensionField(Film):
+    """Tension-only film by its relaxed energy (Pipkin 1986, Steigmann 1990).
+
+    w = E t/2 <e1>^2 + E t/(2(1 - nu^2)) <e2 + nu e1>^2 in the principal strains e1 >= e2. Its gradient
+    is the three-way test of Stein and Hedgepeth (paper eqs. 10-11): taut, wrinkled or slack. The
+    energy is C1 only, so the tangent jumps between the three.
+
+    Args:
+        slack_stiffness: share k of the isotropic energy that is blended in, (1 - k) w + k w_iso, so
+            that slack film keeps a tangent; film in compression carries at most that share.
+    """
+
+    slack_stiffness: float = 1e-6
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_share(self.slack_stiffness)
+
+    def energy(self, strain: Any, number: Number = float) -> Any:
+        """The relaxed energy, written state by state.
+
+        The taut state is the isotropic energy and needs no root: unstrained film, e1 = e2 = 0,
+        counts as taut, and the root's singular derivative is never reached.
+        """
+        stiffness, nu = number(self.Et), number(self.nu)
+        isotropic = _plane_stress(strain, stiffness, nu)
+        mean = (strain[0, 0] + strain[1, 1]) / 2
+        square = ((strain[0, 0] - strain[1, 1]) / 2) ** 2 + strain[0, 1] ** 2
+        # e2 + nu e1 = (1 + nu) mean - (1 - nu) radius >= 0, without the root
+        taut = ufl.And(ufl.ge(mean, 0), ufl.ge(((1 + nu) * mean) ** 2, (1 - nu) ** 2 * square))
+        # the untaken branch is evaluated too: keep its root away from 0/0
+        major = mean + ufl.sqrt(ufl.conditional(taut, 1.0, square))
+        wrinkled = ufl.conditional(ufl.gt(major, 0), stiffness / 2 * major**2, 0.0)
+        relaxed = ufl.conditional(taut, isotropic, wrinkled)
+        if not self.slack_stiffness:
+            return relaxed
+        share = number(self.slack_stiffness)
+        return (1 - share) * relaxed + share * isotropic
+
+
+def _check_share(share: float) -> None:
+    if not 0 <= share < 1:
+        raise InputError(
+            f"slack_stiffness = {share} must lie in [0, 1); 1e-6 is usual, 1e-4 helps convergence"
+        )
+
+
+FILMS: dict[str, type[Film]] = {
+    "isotropic": Isotropic,
+    "fixed-wrinkles": FixedWrinkles,
+    "tension-field": TensionField,
+}

@@ -1,0 +1,115 @@
+"""What a mode looks like around the axis: its circumferential harmonics, and its name."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem.balloon import Balloon
+
+# isort: split
+from mpi4py import MPI
+
+__all__ = ["cylindrical", "label", "spectrum"]
+
+Array = npt.NDArray[np.float64]
+
+
+def cylindrical(balloon: Balloon) -> tuple[Array, Array, Array]:
+    """Where the nodes that this rank owns lie about the surface's axis.
+
+    Returns:
+        angle (n,) [rad], height (n,) [m], cylindrical frame (n, 3, 3; rows radial, hoop, axial).
+    """
+    axis = np.asarray(balloon.surface.axis, dtype=float)
+    first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+    first /= np.linalg.norm(first)
+    if abs(axis[2]) == 1.0:
+        first = np.array([1.0, 0.0, 0.0])
+    second = np.cross(axis, first)
+    X = balloon.V.tabulate_dof_coordinates()[: balloon.V.dofmap.index_map.size_local]
+    angle = np.arctan2(X @ second, X @ first)
+    radial = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    hoop = np.cross(axis, radial)
+    frame = np.stack([radial, hoop, np.broadcast_to(axis, radial.shape)], axis=1)
+    return angle, X @ axis, frame
+
+
+def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> Array:
+    """Share of each circumferential harmonic n = 0, 1, ... in a displacement; sums to 1.
+
+    Nodes are gathered into rings of equal height; each ring's cylindrical components are analysed
+    with nodal areas as weights. On rings of N nodes n runs to N/2.
+
+    Args:
+        balloon: whose nodes they are.
+        real: nodal displacements (nodes, 3), as kept by a mode.
+        imag: their imaginary part.
+        highest: largest harmonic looked at.
+
+    Collective.
+    """
+    angle, height, frame = cylindrical(balloon)
+    n = len(angle)
+    weights = balloon.nodal_areas()
+    field = np.einsum("nij,nj->ni", frame, real[:n] + 1j * imag[:n]) * weights[:, None]
+    rings = _rings(balloon, height)
+    divisions = balloon.surface.divisions
+    around = divisions[1] * balloon.order if divisions else 2 * highest + 1
+    highest = min(highest, around // 2)
+    num_rings = int(balloon.comm.allreduce(rings.max(initial=0), op=MPI.MAX)) + 1
+    total = np.zeros(num_rings)
+    np.add.at(total, rings, weights)
+    coefficients = np.zeros((2 * highest + 1, num_rings, 3), dtype=complex)
+    for k in range(-highest, highest + 1):
+        np.add.at(coefficients[k + highest], rings, field * np.exp(-1j * k * angle)[:, None])
+    coefficients = balloon.comm.allreduce(coefficients)
+    total = np.maximum(balloon.comm.allreduce(total), 1e-300)
+    energy = (np.abs(coefficients) ** 2 / total[:, None]).sum(axis=(1, 2))
+    power = energy[highest:].copy()
+    power[1:] += energy[:highest][::-1]
+    if 2 * highest == around:
+        power[highest] /= 2  # n and -n are the same there
+    return power / power.sum()
+
+
+def label(balloon: Balloon, real: Array, imag: Array, power: Array) -> str:
+    """The kind of a mode, after the paper's sec. 5: "sway", "twist", "global" or "local".
+
+    By the dominant harmonic: n = 1 moves the axis sideways (sway); n = 0 turns about it (twist) or
+    stretches and breathes (global). With n >= 2 plates and axis stay: an n-fold pattern of the skin
+    is local, but global where it carries the seams along (they move by more than half as much as
+    the skin).
+    """
+    dominant = int(np.argmax(power))
+    if dominant == 1:
+        return "sway"
+    if dominant == 0:
+        _, _, frame = cylindrical(balloon)
+        n = len(frame)
+        field = np.einsum("nij,nj->ni", frame, real[:n] + 1j * imag[:n])
+        parts = balloon.comm.allreduce((np.abs(field) ** 2).sum(axis=0))
+        return "twist" if parts[1] > parts.sum() / 2 else "global"
+    phi = real + 1j * imag
+    seams = [name for name in balloon.surface.groups if name.startswith("seam")]
+    nodes = [balloon.edge_nodes(name) for name in seams]
+    at_seams = balloon.largest(phi[np.concatenate(nodes)]) if nodes else 0.0
+    return "global" if at_seams > balloon.largest(phi) / 2 else "local"
+
+
+def _rings(balloon: Balloon, height: Array) -> npt.NDArray[np.int64]:
+    """Ring index of each owned node: its height's rank on a structured mesh, a height class otherwise."""
+    comm = balloon.comm
+    low = comm.allreduce(height.min(initial=np.inf), op=MPI.MIN)
+    high = comm.allreduce(height.max(initial=-np.inf), op=MPI.MAX)
+    scaled = (height - low) / (high - low)
+    if balloon.surface.divisions is None:
+        # classes about a cell high
+        cells = balloon.mesh.topology.index_map(2).size_global
+        num = max(int((high - low) / np.sqrt(balloon.reference_area / cells)), 1)
+        return np.minimum((scaled * num).astype(np.int64), num - 1)
+    keys = np.round(scaled * 1e7).astype(np.int64)
+    levels = np.unique(np.concatenate(comm.allgather(np.unique(keys))))
+    # neighbours that rounding split belong together
+    group = np.concatenate([[0], np.cumsum(np.diff(levels) > 3)])
+    return group[np.searchsorted(levels, keys)]

@@ -1,0 +1,106 @@
+"""The command line's options, and the keys of the design that they override."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+__all__ = [
+    "KEYS",
+    "NAMES",
+    "Cell",
+    "Count",
+    "DesignFile",
+    "Divisions",
+    "EdgeRadius",
+    "FilmLaw",
+    "Harmonic",
+    "Json",
+    "Lift",
+    "Load",
+    "Lobes",
+    "Mass",
+    "OnePressure",
+    "Order",
+    "Out",
+    "Overwrite",
+    "Petsc",
+    "Pressures",
+    "Prestress",
+    "Slack",
+    "State",
+    "Support",
+]
+
+# which key of the design an option overrides
+KEYS = {
+    "film": "film.law",
+    "slack_stiffness": "film.slack_stiffness",
+    "prestress": "film.prestress",
+    "load": "pressure.load",
+    "pressure": "pressure.value",
+    "support": "plates.support",
+    "lift": "plates.lift",
+    "divisions": "mesh.divisions",
+    "cell": "mesh.cell",
+    "order": "mesh.order",
+    "lobes": "shape.lobes",
+    "edge_radius": "shape.edge_radius",
+}
+NAMES = {key: "--" + option.replace("_", "-") for option, key in KEYS.items()}
+
+
+def _option(name: str, metavar: str, help: str, panel: str = "The design, overridden") -> Any:  # noqa: A002
+    return typer.Option(name, metavar=metavar, help=help, show_default=False, rich_help_panel=panel)
+
+
+_RUN, _OUTPUT = "The run", "Output"
+Text = str | None
+DesignFile = Annotated[Path, typer.Argument(metavar="DESIGN.toml", help="Design file, see meshes/.")]
+FilmLaw = Annotated[Text, _option("--film", "LAW", "isotropic, fixed-wrinkles or tension-field.")]
+Load = Annotated[Text, _option("--load", "LOAD", "film: gas on the film only; closed: on the plates too.")]
+Support = Annotated[
+    Text,
+    _option("--support", "HOW", "clamped: bottom plate held; pinned: free to tilt; fixed: both held."),
+]
+Lift = Annotated[Text, _option("--lift", "Z", "Raise the top rim, 0.004 or '4 mm', if fixed.")]
+Slack = Annotated[Text, _option("--slack-stiffness", "K", "Stiffness share of slack film, 1e-4.")]
+Divisions = Annotated[Text, _option("--divisions", "AxB", "Cells along a lobe and around, 24x32.")]
+Lobes = Annotated[Text, _option("--lobes", "N", "Number of lobes.")]
+EdgeRadius = Annotated[Text, _option("--edge-radius", "R", "Radius of seams and rims, 2.0 or '2 m'.")]
+Cell = Annotated[Text, _option("--cell", "CELL", "triangle or quadrilateral.")]
+Order = Annotated[Text, _option("--order", "N", "1: flat cells, 2: curved ones.")]
+OnePressure = Annotated[list[str] | None, _option("--pressure", "P", "Gas pressure, 5 or '5 Pa'.", _RUN)]
+Pressures = Annotated[
+    list[str] | None,
+    _option("--pressure", "P", "Gas pressure, 5 or '5 Pa'; repeat for more.", _RUN),
+]
+Prestress = Annotated[
+    bool | None,
+    typer.Option(
+        "--prestress/--no-prestress",
+        help="Isotensoid's stress built in; default: with fixed-wrinkles.",
+        show_default=False,
+        rich_help_panel="The design, overridden",
+    ),
+]
+State = Annotated[
+    str,
+    _option("--state", "STATE", "ideal: held isotensoid (default); inflated: equilibrium.", _RUN),
+]
+Count = Annotated[str, _option("--count", "K", "Modes a pressure, 8 by default.", _RUN)]
+Mass = Annotated[
+    str, _option("--mass", "B", "unit: areal mass (default); nodal: identity, the paper's.", _RUN)
+]
+Harmonic = Annotated[Text, _option("--harmonic", "N", "Modes of this harmonic only.", _RUN)]
+Petsc = Annotated[
+    Text, _option("--petsc", "OPTIONS", "PETSc options, '-lobefem_inflate_snes_monitor'.", _RUN)
+]
+Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fields.", _OUTPUT)]
+Overwrite = Annotated[
+    bool,
+    typer.Option("--overwrite", help="Replace a run in --out.", rich_help_panel=_OUTPUT),
+]
+Json = Annotated[Text, _option("--json", "FILE", "Results as JSON, - for standard output.", _OUTPUT)]

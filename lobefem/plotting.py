@@ -1,0 +1,326 @@
+"""Figures: eigenvalues against pressure, and mode shapes in side and top view.
+
+Matplotlib is used through its objects: no window system is needed, no global state is touched.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from lobefem._skin import Skin, facing, gather, normals, outline, polygons
+from lobefem.critical import CriticalPressure
+from lobefem.errors import InputError
+from lobefem.stability import Mode, Modes
+from lobefem.sweep import Branch
+
+__all__ = ["chosen_modes", "drawn_amplitude", "eigenvalue_curves", "mode_shapes"]
+
+Array = npt.NDArray[np.float64]
+
+MM = 1 / 25.4  # [inch]
+UNITS = {"unit": "Pa/m", "nodal": "N/m"}
+# Okabe and Ito's colours, told apart by colour-blind readers too
+COLOURS = {"sway": "#0072B2", "twist": "#D55E00", "global": "#009E73", "local": "#B4588F"}
+_STYLE: Any = {
+    "font.size": 7,
+    "axes.linewidth": 0.6,
+    "axes.titlesize": 7.5,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "figure.dpi": 300,
+    "savefig.dpi": 300,
+}
+
+
+# --- eigenvalues against pressure ---------------------------------------------------------------
+
+
+def eigenvalue_curves(
+    branches: Sequence[Branch],
+    *,
+    mass: str = "unit",
+    title: str = "",
+    critical: CriticalPressure | None = None,
+    published: float | None = None,
+    width: float = 85.0,
+) -> Figure:
+    """Eigenvalues against pressure (paper figs 13, 15, 17, 19). Needs no communication.
+
+    Of local modes the lowest of each harmonic is drawn in full, the others as hairlines.
+
+    Args:
+        branches: from `lobefem.sweep`, over two pressures or more.
+        mass: "unit" or "nodal", for the unit.
+        title: over the figure.
+        critical: its crossing is marked, with the harmonic and the mesh it depends on.
+        published: a crossing from elsewhere [Pa], shown as a thin vertical line.
+        width: of the figure [mm].
+
+    Raises:
+        InputError: fewer than two pressures.
+    """
+    branches = [b for b in branches if len(b.pressures) > 1]
+    if not branches:
+        raise InputError("a curve needs branches over two pressures or more; add a pressure")
+    last = max(float(b.pressures[-1]) for b in branches)
+    low, high, log = _range(branches)
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(width * MM, 0.92 * width * MM), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        if log:
+            axes.set_yscale("log")
+        else:
+            axes.axhline(0.0, color="0.2", lw=0.7, zorder=1)
+        axes.set(xlim=(0, 1.005 * last), ylim=(low, high), xlabel="pressure $p$ [Pa]")
+        axes.set_ylabel(rf"eigenvalue $\lambda$ [{UNITS[mass]}], {mass} mass")
+        axes.set_title(title, loc="left", pad=12 if published else 6)
+        axes.spines[["top", "right"]].set_visible(False)
+        for b in branches:
+            # the many that leave the figure at once would only blacken its corner
+            if b.values[b.pressures >= 0.15 * last].min(initial=np.inf) > high:
+                continue
+            if _minor(b):
+                axes.plot(b.pressures, b.values, color=COLOURS["local"], lw=0.35, alpha=0.6)
+            else:
+                axes.plot(b.pressures, b.values, ".-", ms=2.5, lw=1.0, color=COLOURS[b.kind])
+        if published is not None and published < last:
+            axes.axvline(published, color="0.5", lw=0.7, ls=(0, (4, 3)), zorder=0)
+            _note(axes, f"paper: {published:.0f} Pa", (published, 1), (0, 2), ("data", "axes fraction"))
+        if critical is not None and critical.mode is not None and critical.pressure < last:
+            _mark(axes, critical, critical.mode, low)
+        _label_ends(figure, axes, branches, last, (low, high))
+    return figure
+
+
+def _range(branches: Sequence[Branch]) -> tuple[float, float, bool]:
+    """Limits of the eigenvalues shown, and whether their axis is logarithmic.
+
+    Where local modes fall, the lowest of them and the lowest twist are shown whole; where all stay
+    positive and rise, the lowest five.
+    """
+    lowest = min(float(b.values.min()) for b in branches)
+    falling = [b for b in branches if b.kind == "local" and b.values[-1] < b.values.max()]
+    if lowest > 0 and not falling:
+        tops = sorted(float(b.values.max()) for b in branches if not _minor(b))
+        return 0.6 * lowest, 1.3 * tops[min(4, len(tops) - 1)], True
+    pressures = {float(p) for b in falling for p in b.pressures}
+    envelope = [min(b.values[b.pressures == p].min(initial=np.inf) for b in falling) for p in pressures]
+    twist = [float(b.values.max()) for b in branches if b.kind == "twist" and b.rank == 0]
+    high = 1.18 * max([*envelope, *twist, 1e-300])
+    return min(1.06 * lowest, -0.27 * high), high, False
+
+
+def _minor(branch: Branch) -> bool:
+    """Whether a branch is one of the many local ones above the lowest of their harmonic."""
+    return branch.kind == "local" and branch.rank > 0
+
+
+def _note(axes: Any, text: str, at: tuple[float, float], offset: tuple[float, float], coords: Any) -> None:
+    axes.annotate(
+        text,
+        at,
+        offset,
+        coords,
+        "offset points",
+        ha="center",
+        fontsize=6,
+        color="0.35",
+        annotation_clip=False,
+    )
+
+
+def _mark(axes: Any, critical: CriticalPressure, mode: Mode, low: float) -> None:
+    """A ring at the crossing, and a note in the corner below the zero line, which is empty."""
+    where = ""
+    if critical.divisions is not None:
+        where = f"\non {critical.divisions[0]} × {critical.divisions[1]} divisions"
+    axes.annotate(
+        f"unstable from {critical.pressure:.0f} Pa\n({mode.kind}, n = {mode.harmonic}){where}",
+        (critical.pressure, 0.0),
+        xytext=(0.03 * axes.get_xlim()[1], 0.55 * low),
+        va="center",
+        fontsize=6.5,
+        bbox={"fc": "white", "ec": "none", "pad": 0.8},
+        arrowprops={"arrowstyle": "-", "lw": 0.6, "shrinkB": 2.5, "relpos": (1, 0.5)},
+    )
+    axes.plot(critical.pressure, 0.0, "o", ms=4.5, mfc="white", mec="black", mew=0.9, zorder=5)
+
+
+def _label_ends(
+    figure: Any, axes: Any, branches: Sequence[Branch], last: float, limits: tuple[float, float]
+) -> None:
+    """Names at the right end of the curves, pushed apart; a local branch is named by its n only."""
+    ends = [(float(b.values[-1]), b) for b in branches if b.pressures[-1] == last]
+    ends = [(v, b) for v, b in ends if limits[0] < v < limits[1] and not _minor(b)]
+    ends.sort(key=lambda end: end[0])
+    texts = [
+        axes.annotate(
+            f"n = {b.harmonic}" if b.kind == "local" else b.name,
+            (last, value),
+            xytext=(9, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=6,
+            color=COLOURS[b.kind],
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "lw": 0.4, "color": COLOURS[b.kind], "shrinkA": 1, "shrinkB": 0},
+        )
+        for value, b in ends
+    ]
+    if not texts:
+        return
+    figure.draw_without_rendering()  # lays out; only then are the ends' places known
+    figure.set_layout_engine("none")
+    to_points = 72 / figure.dpi
+    at = axes.transData.transform([(last, value) for value, _ in ends])[:, 1] * to_points
+    wanted = _spread(at, 7.0, axes.bbox.y0 * to_points, axes.bbox.y1 * to_points)
+    for text, offset in zip(texts, wanted - at, strict=True):
+        text.xyann = (9, offset)
+
+
+def _spread(y: Array, gap: float, bottom: float, top: float) -> Array:
+    """Positions near to the ascending `y` that keep a gap and stay inside."""
+    out = np.array(y, dtype=float)
+    for _ in range(500):
+        push = np.maximum(gap - np.diff(out), 0.0) / 2
+        if not (push > 1e-3).any():
+            break
+        out[:-1] -= push
+        out[1:] += push
+        out = np.clip(out, bottom, top)
+    return out
+
+
+# --- mode shapes --------------------------------------------------------------------------------
+
+
+def chosen_modes(modes: Modes, chosen: Sequence[int]) -> list[Mode]:
+    """The modes of some indices.
+
+    Raises:
+        InputError: no mode, or one that is not there.
+    """
+    if not chosen or min(chosen) < 0 or max(chosen) >= len(modes):
+        raise InputError(f"modes {list(chosen)} cannot be drawn; choose from 0 to {len(modes) - 1}")
+    return [modes[i] for i in chosen]
+
+
+def drawn_amplitude(mode: Mode, skin: Skin, field: Array, amplitude: float) -> float:
+    """Factor [m] on a mode's displacement when drawn; local ones, folds of the skin, are smaller."""
+    largest = float(np.linalg.norm(field, axis=1).max())  # less than 1 for the real part of a pair
+    return amplitude * skin.diameter * (0.7 if mode.kind == "local" else 1.0) / largest
+
+
+def mode_shapes(
+    modes: Modes,
+    chosen: Sequence[int],
+    *,
+    title: str = "",
+    columns: int | None = None,
+    amplitude: float = 0.09,
+    width: float = 85.0,
+) -> Figure | None:
+    """Modes in side view and, below, top view, the undeformed shape dotted (paper figs 12 to 18).
+
+    Hidden lines are removed by filling the film's faces from back to front. A side view looks across
+    the plane in which the axis moves most; a meridian at its front is marked, to show a twist.
+
+    Args:
+        modes: of one state.
+        chosen: indices of the modes drawn.
+        title: over the figure.
+        columns: number of modes in a row, all by default.
+        amplitude: largest displacement as a share of the balloon's diameter.
+        width: of the figure [mm].
+
+    Returns:
+        the figure on rank 0, None elsewhere.
+
+    Raises:
+        InputError: no mode, or one that is not there.
+
+    Collective.
+    """
+    picked = chosen_modes(modes, chosen)
+    skin = gather(modes.state.balloon, *(m.displacement for m in picked))
+    if skin is None:
+        return None
+    columns = min(columns or len(picked), len(picked))
+    reach, margin = skin.diameter * (0.5 + 1.15 * amplitude), 0.6 * amplitude * skin.diameter
+    # heights on paper [mm]: title, caption, side view, top view, all beside a cell's width
+    cell, head, label = width / columns, (6.0 if title else 1.0), 7.0
+    side = cell * (skin.height + 2 * margin) / (2 * reach)
+    row_height = label + side + cell
+    total = head + -(-len(picked) // columns) * row_height
+    with rc_context(_STYLE):
+        figure = Figure(figsize=(width * MM, total * MM))
+        FigureCanvasAgg(figure)
+        figure.text(0.5, 1 - 1.5 / total, title, ha="center", va="top", fontsize=7.5)
+        for k, (mode, field) in enumerate(zip(picked, skin.fields, strict=True)):
+            row, column = divmod(k, columns)
+            y = total - head - row * row_height
+            figure.text((column + 0.5) / columns, y / total, _caption(k, modes, mode), ha="center", va="top")
+            e1, e2 = facing(skin, field)
+            shape = skin.x + drawn_amplitude(mode, skin, field, amplitude) * field
+            views = (
+                (skin.axis, -e2, y - label - side, side, (-margin, skin.height + margin)),
+                (e2, skin.axis, y - label - side - cell, cell, (-reach, reach)),
+            )
+            for up, towards, bottom, tall, limits in views:
+                axes = figure.add_axes((column / columns, bottom / total, 1 / columns, tall / total))
+                axes.set_axis_off()
+                _draw(axes, skin, shape, (e1, up, towards), 1 if cell > 30 else 2)
+                axes.set(xlim=(-reach, reach), ylim=limits, aspect="equal")
+    return figure
+
+
+def _caption(k: int, modes: Modes, mode: Mode) -> str:
+    name = f"({chr(ord('a') + k)}) {mode.kind}, $n$ = {mode.harmonic}"
+    value = mode.value.real
+    number = f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
+    return f"{name}\n$\\lambda$ = {number} {UNITS[modes.mass]}"
+
+
+def _draw(axes: Any, skin: Skin, shape: Array, view: tuple[Array, Array, Array], step: int) -> None:
+    """One view; `view` holds the unit vectors to the right, up and towards the viewer."""
+    right, up, towards = view
+    flat = np.stack([shape @ right, shape @ up], axis=1)
+    groups = polygons(skin, step)
+    order = np.argsort(np.concatenate([shape[g].mean(axis=1) @ towards for g in groups]))
+    corners = [polygon for g in groups for polygon in flat[g]]
+    lit = np.concatenate([normals(shape[g]) for g in groups]) @ (0.75 * towards + 0.25 * up + 0.45 * right)
+    grey = np.clip(0.80 + 0.20 * np.abs(lit[order]), 0, 1)
+    faces = PolyCollection(
+        [corners[i] for i in order],
+        facecolors=np.repeat(grey[:, None], 3, axis=1),
+        edgecolors="0.3",
+        linewidths=0.2,
+        joinstyle="round",
+    )
+    axes.add_collection(faces)
+    from_above = abs(towards @ skin.axis) > 0.5
+    dotted = {"color": COLOURS["twist"], "lw": 0.8, "ls": (0, (1, 1.4)), "zorder": 3}
+    z, r = outline(skin)
+    if from_above:
+        angle = np.linspace(0, 2 * np.pi, 181)
+        for radius in (r.max(), r[-1]):
+            axes.plot(radius * np.cos(angle), radius * np.sin(angle), **dotted)
+    else:
+        for x, y in ((r, z), (-r, z), (r[[0, 0]] * [-1, 1], z[[0, 0]]), (r[[-1, -1]] * [-1, 1], z[[-1, -1]])):
+            axes.plot(x, y, **dotted)
+    if skin.grid is not None:
+        front = -up if from_above else towards
+        meridian = skin.grid[:, np.argmax(skin.x[skin.grid[0]] @ front)]
+        if from_above:  # only the part above the topmost equator is seen
+            meridian = meridian[len(r) - 1 - int(np.argmax(np.diff(r[::-1]) < 0)) :]
+        axes.plot(*flat[meridian].T, color=COLOURS["sway"], lw=1.0, zorder=2)
+        axes.plot(skin.x[meridian] @ right, skin.x[meridian] @ up, **dotted)

@@ -1,0 +1,308 @@
+"""The film's mesh: a stack of lobes, or a flat cylinder, on any number of MPI ranks.
+
+The axis is the z axis, the bottom rim lies in the plane z = 0 and the top rim at
+z = num_lobes * height. Rank 0 runs Gmsh; nodes and cells do not depend on the number of ranks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import _distribute, _gmsh, _net, checks
+from lobefem.errors import InputError
+from lobefem.isotensoid import Isotensoid
+from lobefem.log import logger
+
+# isort: split
+from dolfinx.mesh import Mesh, MeshTags  # after lobefem._dolfinx, which finds the stack
+from mpi4py import MPI
+
+__all__ = ["Cylinder", "Surface", "cylinder", "lobed_cylinder"]
+
+Array = npt.NDArray[np.float64]
+
+_SEAM, _RIM = 100, 200  # seam k has the value 100 + k, the rims 201 and 202
+_MAX_CELLS = 50_000_000
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A flat-sided cylinder, with the same questions answered as by `Isotensoid`.
+
+    Args:
+        edge_radius: radius [m].
+        height: length from rim to rim [m].
+
+    Raises:
+        InputError: a number that is not positive and finite.
+    """
+
+    edge_radius: float = 2.0
+    height: float = 4.2
+
+    def __post_init__(self) -> None:
+        checks.positive("the cylinder's radius", self.edge_radius, "m")
+        checks.positive("the cylinder's length", self.height, "m")
+
+    @property
+    def half_height(self) -> float:
+        """Half the length [m]."""
+        return 0.5 * self.height
+
+    @property
+    def arc_length(self) -> float:
+        """Length of the straight meridian [m]."""
+        return self.height
+
+    @property
+    def area(self) -> float:
+        """Area of the film [m^2]."""
+        return 2.0 * math.pi * self.edge_radius * self.height
+
+    @property
+    def volume(self) -> float:
+        """Volume between the rims [m^3]."""
+        return math.pi * self.edge_radius**2 * self.height
+
+    def radius(self, s: npt.ArrayLike) -> Array:
+        """Distance from the axis [m] at the arc length `s` from mid-height [m], any shape."""
+        return np.full(np.shape(s), float(self.edge_radius))
+
+    def z(self, s: npt.ArrayLike) -> Array:
+        """Height above mid-height [m] at the arc length `s` [m]: `s` itself."""
+        return np.array(s, dtype=np.float64)
+
+    def slope(self, s: npt.ArrayLike) -> tuple[Array, Array]:
+        """Unit tangent (dR/ds, dz/ds) = (0, 1)."""
+        return np.zeros(np.shape(s)), np.ones(np.shape(s))
+
+    def stations(self, count: int) -> Array:
+        """Arc lengths [m], shape (count + 1,), of equal steps from the bottom to the top rim."""
+        return self.half_height * (2.0 * np.arange(count + 1) - count) / count
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A meshed film with its parts named.
+
+    Args:
+        mesh: surface mesh in space, ghosted over facets so that `dS` is complete in parallel;
+            every cell's normal (`ufl.CellNormal`) points outwards, away from the axis.
+        lobes: cell tags; lobe k from the bottom has the value k, from 1.
+        edges: facet tags: seams and rims.
+        groups: (dimension, value) by name: lobe_1, ..., seam_1, ..., rim_bottom, rim_top.
+        axis: unit vector of the axis, shape (3,).
+        cyclic_order: number of identical sectors around the axis, None for an unstructured mesh.
+        divisions: cells (along one lobe's meridian, around the axis), None for unstructured.
+        shape: the exact shape of each lobe.
+        num_lobes: number of lobes in the stack.
+    """
+
+    mesh: Mesh
+    lobes: MeshTags
+    edges: MeshTags
+    groups: Mapping[str, tuple[int, int]]
+    axis: Array
+    cyclic_order: int | None
+    divisions: tuple[int, int] | None
+    shape: Isotensoid | Cylinder
+    num_lobes: int
+
+
+def lobed_cylinder(
+    lobes: int = 4,
+    divisions: tuple[int, int] = (24, 32),
+    *,
+    shape: Isotensoid | None = None,
+    cell: str = "triangle",
+    order: int = 1,
+    diagonals: str = "same",
+    layout: str = "structured",
+    size: float | None = None,
+    comm: Any = MPI.COMM_WORLD,
+) -> Surface:
+    """Mesh a stack of isotensoid lobes. Collective.
+
+    Args:
+        lobes: number of lobes, 1 or more.
+        divisions: structured cells (along one lobe's meridian, around the axis), at least (2, 3).
+        shape: one lobe; the paper's design (edge radius 2 m, truncation 0.55) when None.
+        cell: 'triangle' or 'quadrilateral'.
+        order: degree of the geometry, 1 (flat facets) or 2.
+        diagonals: how structured triangles are cut, all the same way ('same') or 'alternating'.
+        layout: 'structured' (exactly cyclic, equal steps of arc length) or 'unstructured'.
+        size: target edge length [m] of an unstructured mesh.
+        comm: MPI communicator.
+
+    Raises:
+        InputError: an argument that cannot be used, on every rank before any communication.
+        SolveError: Gmsh failed (raised on every rank).
+    """
+    if shape is None:
+        shape = Isotensoid.from_edge_radius()
+    if not isinstance(shape, Isotensoid):
+        raise InputError(f"shape is {shape!r}; give an Isotensoid or None for the paper's design")
+    return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, layout, size, comm)
+
+
+def cylinder(
+    radius: float = 2.0,
+    length: float = 4.2,
+    divisions: tuple[int, int] = (24, 32),
+    *,
+    cell: str = "triangle",
+    order: int = 1,
+    diagonals: str = "same",
+    layout: str = "structured",
+    size: float | None = None,
+    comm: Any = MPI.COMM_WORLD,
+) -> Surface:
+    """Mesh a flat cylinder (paper sec. 5), one lobe with straight meridians. Collective.
+
+    Args:
+        radius: radius [m].
+        length: length from rim to rim [m].
+        divisions: structured cells (along the axis, around it), at least (1, 3).
+        cell: as for `lobed_cylinder`, like all that follow.
+        order: degree of the geometry.
+        diagonals: how structured triangles are cut.
+        layout: 'structured' or 'unstructured'.
+        size: target edge length [m] of an unstructured mesh.
+        comm: MPI communicator.
+
+    Raises:
+        InputError: an argument that cannot be used, on every rank before any communication.
+        SolveError: Gmsh failed (raised on every rank).
+    """
+    shape = Cylinder(radius, length)
+    return _make(shape, 1, (1, 3), divisions, cell, order, diagonals, layout, size, comm)
+
+
+def _make(
+    shape: Isotensoid | Cylinder,
+    lobes: int,
+    least: tuple[int, int],
+    divisions: tuple[int, int],
+    cell: str,
+    order: int,
+    diagonals: str,
+    layout: str,
+    size: float | None,
+    comm: Any,
+) -> Surface:
+    lobes = checks.integer("the number of lobes", lobes, 1)
+    checks.one_of("cell", cell, ("triangle", "quadrilateral"))
+    checks.one_of("diagonals", diagonals, ("same", "alternating"))
+    checks.one_of("layout", layout, ("structured", "unstructured"))
+    order = checks.integer("the geometry's order", order, 1)
+    if order > 2:
+        raise InputError(f"the geometry's order is {order}; give 1 or 2")
+    corners = 3 if cell == "triangle" else 4
+    alternating = diagonals == "alternating"
+    if alternating and (corners == 4 or layout == "unstructured"):
+        raise InputError("diagonals='alternating' needs structured triangles; leave it out")
+
+    counts = sectors = None
+    build: Callable[[], _net.Net]
+    if layout == "structured":
+        counts = _divisions(divisions, least, lobes, alternating)
+        sectors = counts[1] // 2 if alternating else counts[1]
+        if size is not None:
+            raise InputError(
+                f"size is {size!r} but the layout is structured; give divisions, or layout='unstructured'"
+            )
+        cut = diagonals if corners == 3 else None
+        build = partial(_structured, shape, lobes, counts, cut, order)
+    else:
+        build = partial(_unstructured, shape, lobes, _size(size, shape, lobes), corners, order)
+
+    net = _distribute.on_root(comm, build)
+    x = None if net is None else _net.place(shape, lobes, net.t, net.theta)
+    mesh = _distribute.distribute_mesh(comm, cell, order, x, None if net is None else net.cells)
+    mesh.name = "film"
+
+    groups = {f"lobe_{k}": (2, k) for k in range(1, lobes + 1)}
+    groups |= {f"seam_{k}": (1, _SEAM + k) for k in range(1, lobes)}
+    rim = max(_RIM, _SEAM + lobes)  # beyond a hundred lobes the rims make way for the seams
+    groups |= {"rim_bottom": (1, rim + 1), "rim_top": (1, rim + 2)}
+    values = [rim + 1, *range(_SEAM + 1, _SEAM + lobes), rim + 2]
+    first_cell, rings, num_nodes = comm.bcast(
+        None if net is None else (net.first_cell, net.rings, len(net.t)), root=0
+    )
+    surface = Surface(
+        mesh=mesh,
+        lobes=_distribute.lobe_tags(mesh, first_cell),
+        edges=_distribute.edge_tags(mesh, rings, values, num_nodes),
+        groups=MappingProxyType(groups),
+        axis=np.array([0.0, 0.0, 1.0]),
+        cyclic_order=sectors,
+        divisions=counts,
+        shape=shape,
+        num_lobes=lobes,
+    )
+    surface.axis.flags.writeable = False
+    logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), cell, num_nodes)
+    return surface
+
+
+def _structured(
+    shape: Isotensoid | Cylinder,
+    lobes: int,
+    divisions: tuple[int, int],
+    diagonals: str | None,
+    order: int,
+) -> _net.Net:
+    raw = _gmsh.structured(shape, lobes, divisions)
+    net = _net.structured_net(raw, shape, divisions, diagonals)
+    return net if order == 1 else _net.with_midpoints(net)
+
+
+def _unstructured(
+    shape: Isotensoid | Cylinder, lobes: int, size: float, corners: int, order: int
+) -> _net.Net:
+    net = _net.unstructured_net(_gmsh.unstructured(shape, lobes, size, corners), shape)
+    return net if order == 1 else _net.with_midpoints(net)
+
+
+def _divisions(divisions: Any, least: tuple[int, int], lobes: int, alternating: bool) -> tuple[int, int]:
+    try:
+        along, around = divisions
+    except (TypeError, ValueError):
+        raise InputError(
+            f"divisions is {divisions!r}; give two integers (along a lobe's meridian, around)"
+        ) from None
+    along = checks.integer("the number of divisions along the meridian", along, least[0])
+    around = checks.integer("the number of divisions around the axis", around, least[1])
+    if alternating and around % 2:
+        raise InputError(
+            f"alternating diagonals need an even number around the axis, not {around}; try {around + 1}"
+        )
+    if lobes * along * around > _MAX_CELLS:
+        raise InputError(
+            f"{lobes} lobe(s) of {along} x {around} cells are more than {_MAX_CELLS}; try fewer divisions"
+        )
+    return along, around
+
+
+def _size(size: Any, shape: Isotensoid | Cylinder, lobes: int) -> float:
+    if size is None:
+        raise InputError("an unstructured mesh needs its target size [m]; give size=0.25, say")
+    number = checks.positive("size", size, "m")
+    if number > shape.edge_radius:
+        raise InputError(
+            f"size is {number:g} m, more than the edge radius {shape.edge_radius:g} m; "
+            f"try {0.125 * shape.edge_radius:g}"
+        )
+    if lobes * shape.area > _MAX_CELLS * number**2:
+        raise InputError(
+            f"size {number:g} m gives more than {_MAX_CELLS} cells; try {0.05 * shape.edge_radius:g}"
+        )
+    return number

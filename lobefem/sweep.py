@@ -1,0 +1,202 @@
+"""Eigenvalues of the held ideal geometry over the pressure, followed as branches.
+
+On a cyclic mesh every harmonic is a small problem of its own (`lobefem.cyclic`), and with the geometry
+held K(p) = K_m + p K_g: so all branches of a sweep cost little more than two assemblies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg
+import scipy.sparse
+
+from lobefem.balloon import Balloon
+from lobefem.cyclic import CyclicReduction
+from lobefem.errors import InputError
+from lobefem.harmonics import label
+from lobefem.stability import Modes, check_request
+
+__all__ = ["Branch", "branches", "follow"]
+
+Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One eigenvalue followed over the pressure; of a pair with equal real parts, one.
+
+    Attributes:
+        kind: "sway", "twist", "global" or "local", as of `Mode`.
+        harmonic: n.
+        rank: 0 for the lowest branch of its symmetry, and so on.
+        pressures: ascending, shape (points,) [Pa].
+        values: real parts of lambda, shape (points,) [Pa/m with unit mass, N/m with nodal mass].
+    """
+
+    kind: str
+    harmonic: int
+    rank: int
+    pressures: Array
+    values: Array
+
+    @property
+    def name(self) -> str:
+        """Such as "sway, n = 1"; "(2)" marks the second branch of a symmetry."""
+        return f"{self.kind}, n = {self.harmonic}" + (f" ({self.rank + 1})" if self.rank else "")
+
+
+def branches(
+    balloon: Balloon,
+    pressures: Sequence[float],
+    *,
+    count: int = 4,
+    harmonics: Iterable[int] | None = None,
+    mass: str = "unit",
+) -> list[Branch]:
+    """The lowest branches of each harmonic, for the held isotensoid with its stress proportional to p.
+
+    Each rank solves the same dense problems of one sector with LAPACK.
+
+    Args:
+        balloon: prestressed, on a cyclic mesh.
+        pressures: ascending [Pa].
+        count: branches of each harmonic; of n = 0 as many twists and as many others, or fewer.
+        harmonics: those looked at; by default all that the mesh has, 0 to N/2.
+        mass: "unit" or "nodal".
+
+    Raises:
+        InputError: the balloon is not prestressed, pressures do not ascend, or the mesh is not cyclic.
+
+    Collective.
+    """
+    if not balloon.prestressed:
+        raise InputError("a sweep of the ideal state needs a prestressed balloon; pass prestressed=True")
+    check_request(balloon, count, mass)
+    p = np.asarray(pressures, dtype=float)
+    if p.size == 0 or not np.isfinite(p).all() or (np.diff(p) <= 0).any():
+        raise InputError(f"pressures {list(pressures)} must be finite and ascend")
+    reduction = CyclicReduction(balloon)
+    q = balloon.map.create_vector()
+    balloon.set_loads(0.0, 0.0)
+    K_m = balloon.tangent(q).copy()
+    high = float(np.abs(p).max()) or 1.0  # at 1 Pa K_g would drown in the round-off of the hoops in K_m
+    balloon.set_loads(high, high)
+    K_g = balloon.tangent(q).copy()
+    K_g.axpy(-1.0, K_m)
+    K_g.scale(1.0 / high)
+    M = balloon.mass(q, mass)
+    found: list[Branch] = []
+    for n in range(reduction.order // 2 + 1) if harmonics is None else harmonics:
+        K_mn, K_gn, M_n = (_complex(reduction, A, n) for A in (K_m, K_g, M))
+        # rows: pressures; columns: the lowest, ascending
+        wanted = count if n else 4 * count  # of n = 0 there are two kinds
+        pairs = [_lowest(K_mn + pressure * K_gn, M_n, wanted) for pressure in p]
+        if n == 0:
+            both = _axisymmetric(pairs, p, 3 * reduction.num_slots)
+            found += [b for b in both if b.rank < count and len(b.values) == len(p)]
+            continue
+        values = np.array([values for values, _ in pairs])
+        for k in range(values.shape[1]):
+            kind = "sway" if n == 1 else _skin_kind(balloon, reduction, q, n, pairs[-1][1][:, k])
+            found.append(Branch(kind, n, k, p, values[:, k]))
+    return found
+
+
+def _complex(reduction: CyclicReduction, matrix: Any, n: int) -> Complex:
+    """The dense complex matrix of a harmonic; film first, plates last."""
+    real, plates = reduction.reduce(matrix, n)
+    pointers, columns, values = real.getValuesCSR()
+    dense = scipy.sparse.csr_matrix((values, columns, pointers), shape=real.getSize()).toarray()
+    if n == 0 or 2 * n == reduction.order:
+        return dense.astype(complex)
+    film = 3 * reduction.num_slots
+    last = 2 * film + np.arange(plates)
+    re = np.concatenate([np.arange(film), last[: plates // 2]])
+    im = np.concatenate([film + np.arange(film), last[plates // 2 :]])
+    return dense[np.ix_(re, re)] + 1j * dense[np.ix_(im, re)]
+
+
+def _lowest(K: Complex, M: Complex, count: int) -> tuple[Array, Complex]:
+    """Lowest real parts and their vectors (columns).
+
+    By shift-invert: the hoops are 1e11 times stiffer than the softest mode, whose digits a direct
+    solution would leave in the round-off. Below the shift there is no eigenvalue, for no real part
+    lies below the lowest eigenvalue of the Hermitian part (Bendixson).
+    """
+    size = len(K)
+    count = min(count, size)
+    adjoint = K.conj().T
+    bound = scipy.linalg.eigh((K + adjoint) / 2, M, eigvals_only=True, subset_by_index=[0, 0])[0]
+    shift = bound - max(abs(bound), 1e-12 * float(np.abs(K).max()))
+    shifted = K - shift * M
+    if np.abs(K - adjoint).max() < 1e-10 * np.abs(K).max():
+        inverse, vectors = scipy.linalg.eigh(M, shifted, subset_by_index=[size - count, size - 1])
+        return (shift + 1 / inverse)[::-1], vectors[:, ::-1].astype(np.complex128)
+    inverse, vectors = scipy.linalg.eig(scipy.linalg.solve(shifted, M))
+    largest = np.abs(inverse).max()
+    values = np.full(size, np.inf)
+    certain = inverse.real > 1e-9 * largest  # the stiffest ones end in round-off of any sign
+    values[certain] = shift + (1 / inverse[certain]).real
+    first = np.argsort(values)[:count]
+    return values[first], vectors[:, first].astype(np.complex128)
+
+
+def _axisymmetric(pairs: Sequence[tuple[Array, Complex]], p: Array, film: int) -> list[Branch]:
+    """Branches of n = 0, twists (mostly hoopwise) apart from the others."""
+    rows: dict[tuple[str, int], list[tuple[float, float]]] = {}
+    for pressure, (values, vectors) in zip(p, pairs, strict=True):
+        parts = (np.abs(vectors[:film]) ** 2).reshape(-1, 3, len(values)).sum(axis=0)
+        ranks = {"twist": 0, "global": 0}
+        for k, value in enumerate(values):
+            kind = "twist" if parts[1, k] > parts[:, k].sum() / 2 else "global"
+            rows.setdefault((kind, ranks[kind]), []).append((pressure, value))
+            ranks[kind] += 1
+    table = {key: np.array(points) for key, points in rows.items()}
+    return [Branch(kind, 0, rank, t[:, 0], t[:, 1]) for (kind, rank), t in sorted(table.items())]
+
+
+def _skin_kind(balloon: Balloon, reduction: CyclicReduction, q: Any, n: int, vector: Complex) -> str:
+    """Kind of a mode with n >= 2, in which the plates have no part."""
+    doubled = vector.real
+    if 2 * n != reduction.order:
+        doubled = np.concatenate([vector.real, vector.imag])
+    real, imag = (balloon.displacement_of(q, x) for x in reduction.expand(doubled, n, 0))
+    power = np.zeros(n + 1)
+    power[n] = 1.0
+    return label(balloon, real, imag, power)
+
+
+def follow(sweep: Sequence[Modes]) -> list[Branch]:
+    """Sort the modes of any states into branches, for inflated ones and unstructured meshes.
+
+    Eigenvalues of one symmetry (harmonic; for n = 0 twist or not) do not cross when a parameter
+    changes, those of different symmetries do. So the k-th lowest of a symmetry at one pressure goes
+    on as the k-th lowest at the next.
+
+    Args:
+        sweep: the lowest modes at some pressures, in any order.
+    """
+    points: dict[tuple[int, bool, int], list[tuple[float, float, str]]] = {}
+    for modes in sorted(sweep, key=lambda m: m.state.pressure):
+        tolerance = 1e-6 * float(np.abs(modes.values).max())
+        found: dict[tuple[int, bool], list[float]] = {}
+        for mode in modes.modes:
+            symmetry = (mode.harmonic, mode.kind == "twist")
+            values, value = found.setdefault(symmetry, []), mode.value.real
+            if mode.harmonic > 0 and values and value - values[-1] < tolerance:
+                continue  # the other one of a pair
+            points.setdefault((*symmetry, len(values)), []).append((modes.state.pressure, value, mode.kind))
+            values.append(value)
+    result = []
+    for (harmonic, _, rank), rows in points.items():
+        kinds = [kind for _, _, kind in rows]
+        table = np.array([row[:2] for row in rows])
+        kind = max(sorted(set(kinds)), key=kinds.count)
+        result.append(Branch(kind, harmonic, rank, table[:, 0], table[:, 1]))
+    return sorted(result, key=lambda b: (b.kind, b.harmonic, b.rank))

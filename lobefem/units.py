@@ -1,0 +1,106 @@
+"""Numbers with units in design files and options: SI values, or text such as "0.05 mm".
+
+A plain number is in SI. Text is a decimal number and a unit of the right kind; it is converted in
+decimal arithmetic, so that "0.05 mm" is exactly the number 5e-5. Nothing is guessed: 5 kPa is no
+length.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from typing import Any
+
+__all__ = ["FORCE", "LENGTH", "NUMBER", "PRESSURE", "STRESS", "Quantity", "shown"]
+
+_PREFIX = {"": "1", "k": "1e3", "M": "1e6", "G": "1e9"}
+_LENGTHS = {
+    "m": "1",
+    "km": "1e3",
+    "cm": "1e-2",
+    "mm": "1e-3",
+    "um": "1e-6",
+    "µm": "1e-6",
+    "μm": "1e-6",
+}
+_PRESSURES = {f"{p}Pa": f for p, f in _PREFIX.items()} | {
+    "hPa": "1e2",
+    "mbar": "1e2",
+    "bar": "1e5",
+    "N/m^2": "1",
+    "N/m2": "1",
+    "N/mm^2": "1e6",
+    "N/mm2": "1e6",
+}
+_FORCES = {f"{p}N": f for p, f in _PREFIX.items()}
+_TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\d\s.+-]\S*)?\s*")
+
+
+def shown(value: Any) -> str:
+    """A value as a message quotes it: on one line, and not at any length."""
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:60]}...{text[-10:]}"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A kind of quantity.
+
+    Args:
+        name: with its article, for messages ("a length").
+        si: name of its SI unit in the plural ("metres"), "" for a pure number.
+        example: how to write one, in both ways.
+        factors: SI value of each unit, as decimal text.
+    """
+
+    name: str
+    si: str
+    example: str
+    factors: Mapping[str, str]
+
+    def read(self, value: Any) -> float:
+        """The SI value of a number or a text.
+
+        Raises:
+            ValueError: with the rest of a sentence that begins with the key's name.
+        """
+        if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+            raise ValueError(f"{shown(value)} is not {self.name}; {self.advice}")
+        number = self._convert(value) if isinstance(value, str) else _to_float(value)
+        if not math.isfinite(number):
+            raise ValueError(f"{shown(value)} is not a finite number; {self.advice}")
+        return number
+
+    def _convert(self, text: str) -> float:
+        match = _TEXT.fullmatch(text)
+        if match is None:
+            raise ValueError(f"{shown(text)} is not {self.name}; {self.advice}")
+        number, unit = match[1], match[2] or ""
+        if unit and unit not in self.factors:
+            raise ValueError(f"{shown(text)} is not {self.name}; {self.advice}")
+        try:
+            return float(Decimal(number) * Decimal(self.factors[unit] if unit else "1"))
+        except (InvalidOperation, OverflowError):
+            return math.inf
+
+    @property
+    def advice(self) -> str:
+        """What to write instead."""
+        return f"give {self.si}, e.g. {self.example}" if self.si else f"give a number, e.g. {self.example}"
+
+
+def _to_float(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:  # an integer of hundreds of digits
+        return math.inf
+
+
+LENGTH = Quantity("a length", "metres", '5e-5 or "0.05 mm"', _LENGTHS)
+PRESSURE = Quantity("a pressure", "pascals", '5.0 or "5 Pa"', _PRESSURES)
+STRESS = Quantity("a stress", "pascals", '3.5e9 or "3.5 GPa"', _PRESSURES)
+FORCE = Quantity("a force", "newtons", '2.15e9 or "2.15 GN"', _FORCES)
+NUMBER = Quantity("a pure number", "", "0.3", {})

@@ -1,0 +1,29 @@
+"""Every test leaves nothing behind that another rank would wait for."""
+
+import gc
+
+import pytest
+
+import lobefem._dolfinx  # noqa: F401  first of all: it finds the stack and orders its imports
+
+# isort: split
+from mpi4py import MPI
+
+
+@pytest.fixture
+def comm():
+    return MPI.COMM_WORLD
+
+
+@pytest.fixture(autouse=True)
+def _collect_together():
+    """Destructors of PETSc and DOLFINx objects are collective: run them at the same place."""
+    yield
+    gc.collect()
+    MPI.COMM_WORLD.Barrier()
+
+
+@pytest.fixture
+def shared_path(tmp_path):
+    """A temporary folder that all ranks agree on: rank 0's."""
+    return MPI.COMM_WORLD.bcast(tmp_path, root=0)

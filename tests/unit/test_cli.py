@@ -1,0 +1,516 @@
+"""The command line: its numbers, its words, its exit codes, and silence on standard output."""
+
+import json
+import os
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+import lobefem
+from lobefem import cli, console
+from lobefem.design import Design
+from lobefem.errors import ConvergenceError, SolveError
+
+MESHES = Path(__file__).parents[2] / "meshes"
+SINGLE, STACK4 = str(MESHES / "single.toml"), str(MESHES / "stack4.toml")
+CYLINDER = str(MESHES / "cylinder.toml")
+COARSE = ("--divisions", "6x10")
+
+# a launcher's children may not launch: MPICH and Open MPI refuse, or take them for their own
+alone = pytest.mark.skipif(
+    MPI.COMM_WORLD.size > 1, reason="starts processes, which ranks of an MPI run must not"
+)
+
+
+@pytest.fixture
+def lobefem_json(capfd):
+    """Run a command with --json - and return what it printed, on all ranks, and its exit code."""
+
+    def run(*arguments):
+        code = cli.main([*map(str, arguments), "--json", "-"])
+        printed = MPI.COMM_WORLD.bcast(capfd.readouterr().out, root=0)
+        return json.loads(printed), code
+
+    return run
+
+
+@pytest.fixture
+def refused(capfd):
+    """Run a command and return its exit code and what it said on stderr, on all ranks."""
+
+    def run(*arguments):
+        code = cli.main(list(map(str, arguments)))
+        out, err = MPI.COMM_WORLD.bcast(tuple(capfd.readouterr()), root=0)
+        assert out == ""
+        return code, err
+
+    return run
+
+
+# --- numbers ------------------------------------------------------------------------------------
+
+
+def test_the_common_problem(lobefem_json):
+    """One lobe, both rims held, the top one 4 mm higher, unstressed tension-field film, 5 Pa.
+
+    The volume is Surface Evolver's and NGSolve's, to the digits on which they agree.
+    """
+    lobe = lobefem.Isotensoid(3.8182)
+    results, code = lobefem_json(
+        "inflate", SINGLE, "--film", "tension-field", "--support", "fixed", "--lift", "4 mm",
+        "--slack-stiffness", "1e-4", "--pressure", "5", "--edge-radius", repr(lobe.edge_radius),
+        "--divisions", "24x32",
+    )  # fmt: skip
+    assert code == 0
+    assert results["converged"] is True
+    assert results["volume"] == pytest.approx(148.77577996, rel=1e-10)
+    assert results["max_displacement"] == pytest.approx(0.004, rel=1e-12)
+    assert results["iterations"] <= 10
+    assert results["num_dofs"] == 3 * 25 * 32
+    areas = [results[f"{kind}_area"] for kind in ("taut", "wrinkled", "slack")]
+    assert areas[1] / sum(areas) > 0.9
+    assert results["bar_force"] is None  # both rims are held
+    assert results["hoop_tension"] == []
+    assert results["pressure"] == 5.0
+    assert results["strain_energy"] > 0
+    assert 0 <= results["residual"] < 1e-6
+    assert isinstance(results["reason"], str)
+
+
+def test_the_modes_of_the_single_lobe(lobefem_json):
+    """physics.md sec. 5, R0 = 4.2/1.1 m: 47.70 +- 0.031i (sway), 156.6 (twist), both to 1 %."""
+    radius = lobefem.Isotensoid(4.2 / 1.1).edge_radius
+    results, code = lobefem_json(
+        "modes", SINGLE, "--edge-radius", repr(radius), "--count", "3",
+        "--pressure", "1000", "--pressure", "2 kPa",
+    )  # fmt: skip
+    assert code == 0
+    assert [entry["pressure"] for entry in results["pressures"]] == [1000.0, 2000.0]
+    first, second = results["pressures"]
+    assert [m["kind"] for m in first["modes"]] == ["sway", "sway", "twist"]
+    assert [m["harmonic"] for m in first["modes"]] == [1, 1, 0]
+    assert [m["real"] for m in first["modes"]] == pytest.approx([47.70, 47.70, 156.6], rel=1e-3)
+    assert [m["imag"] for m in first["modes"]] == pytest.approx([0.031, -0.031, 0], abs=1e-3)
+    assert max(m["residual"] for m in first["modes"]) < 1e-6
+    assert first["stable"] is True
+    assert second["modes"][0]["real"] > first["modes"][0]["real"]
+    assert results["state"] == "ideal"
+    assert results["mass"] == "unit"
+
+
+def test_the_critical_pressure_depends_on_the_mesh_and_says_so(lobefem_json, capfd):
+    pressures = []
+    for divisions in ("12x20", "12x26"):
+        results, code = lobefem_json("critical", SINGLE, "--divisions", divisions)
+        assert code == 0
+        assert results["divisions"] == [int(n) for n in divisions.split("x")]
+        assert results["kind"] == "local"
+        assert results["harmonic"] >= 2
+        assert "tends to 0 under refinement" in results["warnings"][0]
+        pressures.append(results["critical_pressure"])
+    assert pressures[0] > pressures[1] > 0
+
+
+def test_one_harmonic_alone_is_no_lower_than_all_of_them(lobefem_json):
+    lowest, _ = lobefem_json("critical", SINGLE, "--divisions", "12x20")
+    for n in (3, lowest["harmonic"]):
+        results, code = lobefem_json("critical", SINGLE, "--divisions", "12x20", "--harmonic", n)
+        assert code == 0
+        assert results["harmonic"] == n
+        assert results["critical_pressure"] >= lowest["critical_pressure"] * (1 - 1e-6)
+    assert results["critical_pressure"] == pytest.approx(lowest["critical_pressure"], rel=1e-6)
+
+
+def test_a_mass_of_one_a_node_gives_other_eigenvalues_of_the_same_modes(lobefem_json):
+    unit, _ = lobefem_json("modes", SINGLE, *COARSE, "--count", "1")
+    nodal, _ = lobefem_json("modes", SINGLE, *COARSE, "--count", "1", "--mass", "nodal")
+    one, other = (r["pressures"][0]["modes"][0] for r in (unit, nodal))
+    assert one["kind"] == other["kind"] == "sway"
+    assert one["real"] != pytest.approx(other["real"], rel=0.1)
+
+
+def test_modes_of_inflated_states(lobefem_json):
+    """Fixed wrinkles with prestress hardly move: the modes are close to those held."""
+    options = (*COARSE, "--count", "1", "--pressure", "50", "--pressure", "100")
+    held, _ = lobefem_json("modes", SINGLE, *options)
+    inflated, code = lobefem_json("modes", SINGLE, *options, "--state", "inflated")
+    assert code == 0
+    assert inflated["state"] == "inflated"
+    for a, b in zip(held["pressures"], inflated["pressures"], strict=True):
+        assert a["modes"][0]["real"] == pytest.approx(b["modes"][0]["real"], rel=0.1)
+        assert b["state_residual"] < 1e-8 < a["state_residual"]
+
+
+def test_the_cylinder_finds_the_isotensoids_form(lobefem_json):
+    """The design's film stretches by 42 % to an isotensoid of its edge radius (paper figs 8-10)."""
+    results, code = lobefem_json("inflate", CYLINDER, "--divisions", "12x16")
+    lobe = lobefem.Isotensoid.from_edge_radius(2.0)
+    assert code == 0
+    # facets of 16 around enclose 16/(2 pi) sin(2 pi/16) = 0.974 of the volume
+    assert results["volume"] == pytest.approx(0.974 * lobe.volume, rel=0.03)
+    assert results["max_displacement"] == pytest.approx(lobe.R0 - 2.0, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("options", "prestress"),
+    [
+        ((), 5.0),
+        (("--no-prestress",), 0.0),
+        (("--film", "isotropic"), 0.0),
+        (("--film", "tension-field"), 0.0),
+        (("--film", "isotropic", "--prestress"), 5.0),
+    ],
+)
+def test_only_fixed_wrinkles_are_prestressed_unless_asked(lobefem_json, options, prestress):
+    results, code = lobefem_json("inflate", SINGLE, *COARSE, "--pressure", "5", *options)
+    assert code == 0
+    assert results["prestress"] == prestress
+
+
+def test_slack_stiffness_of_isotropic_film_is_said_to_do_nothing(lobefem_json):
+    results, _ = lobefem_json("inflate", SINGLE, *COARSE, "--film", "isotropic", "--slack-stiffness", "1e-4")
+    assert results["warnings"] == ["isotropic film has no slack part, so slack_stiffness has no effect"]
+
+
+# --- output -------------------------------------------------------------------------------------
+
+
+def test_the_run_folder_repeats_the_run(lobefem_json, shared_path, comm):
+    folder = shared_path / "run"
+    arguments = ("modes", STACK4, *COARSE, "--lobes", "2", "--count", "2", "--load", "closed")
+    results, code = lobefem_json(*arguments, "--out", folder)
+    assert code == 0
+    assert json.loads((folder / "results.json").read_text()) == results
+    written = Design.load(folder / "design.toml")
+    assert (written.shape.lobes, written.pressure.load) == (2, "closed")
+    assert written.mesh.divisions == (6, 10)
+    again, _ = lobefem_json("modes", folder / "design.toml", "--count", "2")
+    one, other = ([m["real"] for m in r["pressures"][0]["modes"]] for r in (results, again))
+    assert one == pytest.approx(other, rel=1e-9)
+    names = {"design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz"}
+    assert {p.name for p in folder.iterdir()} == names
+
+
+def test_a_table_where_no_json_is_asked_for(shared_path, capfd, comm):
+    path = shared_path / "results.json"
+    arguments = ["modes", SINGLE, *COARSE, "--count", "1", "--json", str(path)]
+    assert cli.main(arguments) == 0
+    out, err = capfd.readouterr()
+    assert err == ""  # no progress: this is no terminal
+    mode = json.loads(path.read_text())["pressures"][0]["modes"][0]
+    if comm.rank == 0:
+        assert f"{mode['real']:.6g}" in out
+        assert "1 lobe, fixed-wrinkles film, film load, clamped, 6x10" in out
+        assert out.split()[-1] == "stable"
+    else:
+        assert out == ""
+
+
+def test_tables_of_the_other_commands(capfd, comm):
+    assert cli.main(["inflate", SINGLE, *COARSE, "--lobes", "3", "--pressure", "5"]) == 0
+    out, _ = capfd.readouterr()
+    if comm.rank == 0:
+        row = next(line for line in out.splitlines() if "hoop tension" in line).split()
+        assert len(row[2:-1]) == 2  # one number a hoop
+        # T = p R0^2 cos(phi), on this coarse mesh
+        tension = lobefem.Isotensoid.from_edge_radius(2.0).seam_tension(5.0)
+        assert float(row[2]) == pytest.approx(tension, rel=0.1)
+    assert cli.main(["critical", SINGLE, *COARSE]) == 0
+    out, err = capfd.readouterr()
+    if comm.rank == 0:
+        assert "Critical pressure of the ideal state" in out
+        assert err.startswith("lobefem: warning: the critical pressure of film with fixed wrinkles")
+    else:
+        assert out == err == ""
+
+
+def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
+    from petsc4py import PETSc
+
+    arguments = ["inflate", SINGLE, *COARSE, "--json", "-"]
+    assert cli.main([*arguments, "--petsc", "-lobefem_inflate_snes_monitor"]) == 0
+    out, err = capfd.readouterr()
+    assert "lobefem_inflate_snes_monitor" not in PETSc.Options().getAll()
+    if comm.rank == 0:
+        assert "SNES Function norm" in err  # PETSc prints on stdout, which is for JSON here
+        json.loads(out)
+
+
+# --- what is refused ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--bad",), "No such option: --bad; see lobefem --help"),
+        (("explode",), "No such command 'explode'; see lobefem --help"),
+        (("modes",), "Missing argument 'DESIGN.toml'; see lobefem modes --help"),
+        (("modes", SINGLE, "--presure", "5"), "No such option: --presure"),
+        (("modes", SINGLE, "--film"), "requires an argument; see lobefem"),
+        (("modes", "none.toml"), "there is no design file 'none.toml'; see meshes/ for examples"),
+        (("modes", SINGLE, "--count", "0"),
+         "--count: '0' is impossible; give an integer, 1 or more"),
+        (("modes", SINGLE, "--count", "x"), "--count: 'x' is impossible; give an integer"),
+        (("modes", SINGLE, "--state", "flat"), "--state: 'flat' is unknown; use ideal or inflated"),
+        (("modes", SINGLE, "--mass", "2"), "--mass: '2' is unknown; use unit or nodal"),
+        (("modes", SINGLE, "--pressure", "-5"),
+         "--pressure: '-5' is below 0, and a film carries no suction; give pascals, e.g. 5.0"),
+        (("modes", SINGLE, "--pressure", "5 m"), "--pressure: '5 m' is not a pressure; give"),
+        (("inflate", SINGLE, "--film", "rubber"), "--film: 'rubber' is unknown; use isotropic, "),
+        (("inflate", SINGLE, "--load", "open"), "--load: 'open' is unknown; use film or closed"),
+        (("inflate", SINGLE, "--support", "hung"), "--support: 'hung' is unknown; use clamped, "),
+        (("inflate", SINGLE, "--lift", "0.004"),
+         "plates.lift = 0.004 needs support = 'fixed', not 'clamped'; change one of them"),
+        (("inflate", SINGLE, "--divisions", "24"), "--divisions: '24' is no mesh division; give"),
+        (("inflate", SINGLE, "--lobes", "0"), "--lobes: '0' is impossible; give an integer"),
+        (("inflate", SINGLE, "--edge-radius", "2 Pa"), "--edge-radius: '2 Pa' is not a length"),
+        (("inflate", CYLINDER, "--edge-radius", "0"), "--edge-radius: '0' must be positive"),
+        (("inflate", SINGLE, "--slack-stiffness", "2"), "--slack-stiffness: '2' must be in [0, 1)"),
+        (("inflate", SINGLE, "--pressure", "5", "--pressure", "6"),
+         "inflate takes one pressure, not 5, 6 Pa; give one, e.g. --pressure 6"),
+        (("inflate", SINGLE, "--json", "none/x.json"), "none' cannot be written to; give another"),
+        (("inflate", SINGLE, "--out", SINGLE), "is a file, not a folder; give another --out"),
+        (("inflate", SINGLE, "--out", MESHES), "is not empty; give another --out, or --overwrite"),
+        (("critical", SINGLE, "--harmonic", "-1"), "--harmonic: '-1' is impossible; give an int"),
+        (("critical", SINGLE, "--state", "inflated"), "critical works on the ideal state only; "),
+        (("critical", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
+        (("modes", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
+        (("modes", CYLINDER, "--lobes", "2"),
+         "shape.lobes = 2 does not fit the kind 'cylinder'; leave it out"),
+    ],
+)  # fmt: skip
+def test_bad_input_gets_one_sentence_and_exit_code_2(refused, arguments, message):
+    code, words = refused(*arguments)
+    assert code == 2
+    assert message in words
+    assert words.startswith("lobefem: ")
+    assert words.count("\n") == 1
+    assert words.endswith("\n")
+
+
+def test_bad_input_writes_nothing(refused, shared_path):
+    folder, file = shared_path / "run", shared_path / "x.json"
+    code, _ = refused("critical", CYLINDER, "--out", folder, "--json", file)
+    assert code == 2
+    assert list(shared_path.iterdir()) == []
+
+
+# --- what fails ---------------------------------------------------------------------------------
+
+
+def test_a_solve_that_fails_keeps_the_last_state_and_exits_3(capfd, monkeypatch, shared_path, comm):
+    from lobefem import tasks
+
+    def stop_halfway(balloon, pressure, **options):
+        state = solve(balloon, pressure / 2, **options)
+        raise ConvergenceError("inflate stopped at 500 Pa; try more", state=state, reason="halfway")
+
+    solve = tasks.find_equilibrium
+    monkeypatch.setattr(tasks, "find_equilibrium", stop_halfway)
+    folder = shared_path / "run"
+    code = cli.main(["inflate", SINGLE, *COARSE, "--out", str(folder), "--json", "-"])
+    out, err = comm.bcast(tuple(capfd.readouterr()), root=0)
+    assert code == 3
+    assert err == (f"lobefem: inflate stopped at 500 Pa; try more; the last converged state is in {folder}\n")
+    results = json.loads(out)
+    assert results["converged"] is False
+    assert results["reason"] == "halfway"
+    assert results["pressure"] == 500.0
+    assert results["volume"] > 0
+    assert results["error"] in err
+    assert json.loads((folder / "results.json").read_text()) == results
+    assert (folder / "fields.xdmf").exists()
+    with np.load(folder / "state.npz") as state:
+        assert state["pressure"] == 500.0
+        reached = np.linalg.norm(state["displacement"], axis=1).max()
+        assert reached == pytest.approx(results["max_displacement"], rel=1e-12)
+
+
+def test_a_solve_that_fails_at_once_has_null_results(capfd, comm):
+    code = cli.main(["inflate", CYLINDER, "--divisions", "4x8", "--slack-stiffness", "0", "--json", "-"])
+    out, err = MPI.COMM_WORLD.bcast(tuple(capfd.readouterr()), root=0)
+    assert code == 3
+    assert "last converged state" not in err
+    results = json.loads(out)
+    assert results["converged"] is False
+    assert results["volume"] is None
+
+
+def test_modes_before_a_failure_are_kept(capfd, monkeypatch, comm):
+    from lobefem import tasks
+
+    def fail_at_second(state, count, **options):
+        if state.pressure > 60:
+            raise SolveError("the eigensolver is tired; try coffee")
+        return found(state, count, **options)
+
+    found = tasks.find_modes
+    monkeypatch.setattr(tasks, "find_modes", fail_at_second)
+    pressures = ["--pressure", "50", "--pressure", "100"]
+    assert cli.main(["modes", SINGLE, *COARSE, "--count", "1", *pressures, "--json", "-"]) == 3
+    out, err = MPI.COMM_WORLD.bcast(tuple(capfd.readouterr()), root=0)
+    assert err == "lobefem: the eigensolver is tired; try coffee\n"
+    results = json.loads(out)
+    assert [entry["pressure"] for entry in results["pressures"]] == [50.0]
+    assert results["reason"] == "SolveError"
+
+
+@pytest.mark.parametrize(
+    ("pressure", "reason"),
+    [
+        (np.inf, "stable at any pressure that the film can bear"),
+        (0.0, "unstable at any pressure"),
+    ],
+)
+def test_no_critical_pressure_is_said_in_words(lobefem_json, monkeypatch, pressure, reason):
+    from lobefem import tasks
+    from lobefem.critical import CriticalPressure
+
+    monkeypatch.setattr(
+        tasks, "critical_pressure", lambda balloon, harmonic: CriticalPressure(pressure, None, (), (6, 10))
+    )
+    results, code = lobefem_json("critical", SINGLE, *COARSE)
+    assert code == 0
+    assert results["critical_pressure"] == (None if pressure else 0.0)
+    assert results["reason"] == reason
+    assert results["kind"] is None
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "message"),
+    [
+        (KeyboardInterrupt(), 130, "lobefem: interrupted\n"),
+        (ConvergenceError("no luck; try again"), 3, "lobefem: no luck; try again\n"),
+        (
+            ZeroDivisionError("one\ntwo"),
+            1,
+            "lobefem: internal error: ZeroDivisionError: one two (set LOBEFEM_DEBUG=1 for the traceback)\n",
+        ),
+    ],
+)
+def test_whatever_is_raised_ends_in_one_sentence(refused, monkeypatch, raised, code, message):
+    from lobefem import tasks
+
+    def fail(*arguments, **options):
+        raise raised
+
+    monkeypatch.delenv("LOBEFEM_DEBUG", raising=False)
+    monkeypatch.setattr(tasks, "inflate", fail)
+    assert refused("inflate", SINGLE) == (code, message)
+
+
+def test_a_traceback_on_request(refused, monkeypatch):
+    from lobefem import tasks
+
+    monkeypatch.setenv("LOBEFEM_DEBUG", "1")
+    monkeypatch.setattr(tasks, "inflate", lambda *a, **k: 1 / 0)
+    code, words = refused("inflate", SINGLE)
+    assert code == 1
+    assert "Traceback (most recent call last)" in words
+
+
+# --- help and processes -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], ["inflate", "modes", "critical", "lobefem modes meshes/single.toml"]),
+        (["--help"], ["inflate", "modes", "critical"]),
+        (["inflate", "--help"], ["--film", "--lift", "--slack-stiffness", "--prestress", "--out"]),
+        (["modes", "-h"], ["--pressure", "--state", "--count", "--mass", "Examples:"]),
+        (["critical", "--help"], ["--harmonic", "--json", "Examples:"]),
+        (["--version"], [f"lobefem {lobefem.__version__}"]),
+    ],
+)
+def test_help_teaches(capfd, arguments, words):
+    assert cli.main(arguments) == 0
+    out, _ = capfd.readouterr()
+    for word in words:
+        assert word in out
+
+
+def start(*command, **variables):
+    return subprocess.run(
+        command,
+        env=os.environ | variables,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+
+
+@alone
+def test_help_loads_nothing_heavy():
+    program = textwrap.dedent("""
+        import sys
+        from lobefem.cli import main
+        assert main(["--help"]) == 0
+        heavy = {"dolfinx", "mpi4py", "petsc4py", "ufl", "numpy", "scipy", "pydantic"}
+        print(sorted(heavy & set(sys.modules)))
+    """)
+    done = start(sys.executable, "-c", program)
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@alone
+def test_a_process_prints_json_alone():
+    done = start(sys.executable, "-m", "lobefem.cli", "inflate", SINGLE, *COARSE, "--json", "-")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["converged"] is True
+
+
+@alone
+def test_a_process_ends_with_the_exit_code():
+    done = start(sys.executable, "-m", "lobefem.cli", "inflate", SINGLE, "--film", "rubber")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.splitlines()[-1].startswith("lobefem: --film: 'rubber' is unknown")
+
+
+# --- one end for all ranks ----------------------------------------------------------------------
+
+
+def test_json_on_stdout_is_safe_from_compiled_prints(capfd):
+    with console.stdout_to_stderr(True):
+        os.write(1, b"library\n")
+    os.write(1, b"ours\n")
+    out, err = capfd.readouterr()
+    assert (out, err) == ("ours\n", "library\n")
+
+
+def test_all_ranks_end_together(capfd, comm):
+    ranks = console.Ranks()
+    assert ranks.is_root == (comm.rank == 0)
+    assert ranks.end(2, "all of us") == 2
+    assert capfd.readouterr().err == ("all of us\n" if comm.rank == 0 else "")
+
+
+class _LonelyComm:
+    """A communicator on which no other rank ever arrives; Abort does not return."""
+
+    rank = 1
+
+    def Ibarrier(self):
+        return self
+
+    def Test(self):
+        return False
+
+    def Abort(self, code):
+        raise SystemExit(f"aborted with {code}")
+
+
+def test_a_rank_alone_with_its_failure_speaks_and_aborts_all(capfd):
+    ranks = console.Ranks()
+    ranks._comm = _LonelyComm()
+    with pytest.raises(SystemExit, match="aborted with 1"):
+        ranks.end(1, "lobefem: internal error", patience=0.01)
+    assert capfd.readouterr().err == "lobefem: internal error (rank 1)\n"

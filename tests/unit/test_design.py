@@ -1,0 +1,330 @@
+"""The design file: what it means, what it refuses and in which words, how options change it."""
+
+import math
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lobefem.design import Design
+from lobefem.errors import InputError
+from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STRESS
+
+MESHES = Path(__file__).parents[2] / "meshes"
+SHIPPED = ("single", "stack4", "stack5", "cylinder")
+
+
+def parse(text):
+    return Design.parse(tomllib.loads(text))
+
+
+# --- units --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "value"),
+    [
+        (LENGTH, "0.05 mm", 5e-5),  # exactly: 0.05 * 1e-3 is 5.000000000000001e-05
+        (LENGTH, "50um", 5e-5),
+        (LENGTH, "50 µm", 5e-5),
+        (LENGTH, "4.2 m", 4.2),
+        (LENGTH, "2e-3 km", 2.0),
+        (LENGTH, "2", 2.0),
+        (STRESS, "3.5 GPa", 3.5e9),
+        (STRESS, "3500 N/mm^2", 3.5e9),
+        (STRESS, "215 GPa", 2.15e11),
+        (PRESSURE, " 5 Pa ", 5.0),
+        (PRESSURE, "-0.5 mbar", -50.0),
+        (FORCE, "2.15e9 N", 2.15e9),
+        (FORCE, "2.15 GN", 2.15e9),
+        (NUMBER, "0.3", 0.3),
+        (NUMBER, 1, 1.0),
+    ],
+)
+def test_quantities_are_converted_exactly(kind, text, value):
+    assert kind.read(text) == value
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "message"),
+    [
+        (LENGTH, "5 kPa", "'5 kPa' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
+        (LENGTH, "5 MM", "'5 MM' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
+        (STRESS, "3.5 GN", "'3.5 GN' is not a stress; give pascals, e.g. 3.5e9 or \"3.5 GPa\""),
+        (FORCE, True, 'True is not a force; give newtons, e.g. 2.15e9 or "2.15 GN"'),
+        (NUMBER, "0.3 m", "'0.3 m' is not a pure number; give a number, e.g. 0.3"),
+        (NUMBER, math.inf, "inf is not a finite number; give a number, e.g. 0.3"),
+        (NUMBER, math.nan, "nan is not a finite number; give a number, e.g. 0.3"),
+        (NUMBER, 10**400, "is not a finite number; give a number, e.g. 0.3"),
+        (PRESSURE, "1e999 Pa", "'1e999 Pa' is not a finite number; give pascals"),
+        (PRESSURE, "five", "'five' is not a pressure; give pascals, e.g. 5.0 or \"5 Pa\""),
+        (PRESSURE, "", "'' is not a pressure"),
+        (PRESSURE, [5], "[5] is not a pressure"),
+    ],
+)
+def test_wrong_quantities_are_refused(kind, value, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011  the words are compared below
+        kind.read(value)
+    assert message in str(caught.value)
+
+
+# --- what a design means ------------------------------------------------------------------------
+
+
+def test_the_default_is_the_papers_design():
+    design = Design()
+    assert design.shape.edge_radius == 2.0
+    assert design.shape.truncation == 0.55
+    assert (design.film.E, design.film.nu, design.film.thickness) == (3.5e9, 0.3, 5e-5)
+    assert design.plates.bar is True
+    assert not design.hoops.enabled
+    assert parse("[hoops]").hoops.enabled
+    assert parse("[hoops]").hoops.EA == 2.15e9
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_designs_are_read_and_written_back(name):
+    design = Design.load(MESHES / f"{name}.toml")
+    assert parse(design.to_toml()) == design
+    if name != "cylinder":  # the paper's own numbers are the defaults
+        assert design.film == Design().film
+        assert design.shape.edge_radius == Design().shape.edge_radius
+        assert design.shape.lobes == {"single": 1, "stack4": 4, "stack5": 5}[name]
+
+
+def test_the_law_decides_prestress_and_slack_unless_they_are_given():
+    design = Design()
+    assert (design.film.prestress, design.film.slack_stiffness) == (True, 0.0)
+    other = design.with_overrides({"film.law": "tension-field"})
+    assert (other.film.prestress, other.film.slack_stiffness) == (False, 1e-6)
+    again = other.with_overrides({"film.law": "fixed-wrinkles"})
+    assert again == design
+    kept = parse("[film]\nprestress = true\nslack_stiffness = 1e-3")
+    kept = kept.with_overrides({"film.law": "tension-field"})
+    assert (kept.film.prestress, kept.film.slack_stiffness) == (True, 1e-3)
+
+
+def test_a_film_shared_by_two_designs_is_not_changed_by_either():
+    film = Design().film.model_copy(update={"prestress": None})
+    Design(film=film)
+    assert film.prestress is None
+
+
+def test_an_overridden_size_replaces_the_equator_radius():
+    design = parse("[shape]\nR0 = 3.8182")
+    assert design.shape.edge_radius is None
+    changed = design.with_overrides({"shape.edge_radius": "2 m"})
+    assert (changed.shape.R0, changed.shape.edge_radius) == (None, 2.0)
+    flat = parse("[shape]\nkind = 'cylinder'").with_overrides({"shape.edge_radius": 3.0})
+    assert flat.shape.radius == 3.0
+
+
+def test_overriding_divisions_makes_an_unstructured_mesh_structured():
+    design = parse("[mesh]\nlayout = 'unstructured'\nsize = '25 cm'")
+    assert (design.mesh.size, design.mesh.divisions) == (0.25, None)
+    changed = design.with_overrides({"mesh.divisions": "8x12"})
+    assert (changed.mesh.layout, changed.mesh.divisions) == ("structured", (8, 12))
+
+
+def test_overrides_that_are_none_change_nothing():
+    design = Design.load(MESHES / "stack4.toml")
+    assert design.with_overrides({"film.law": None, "shape.lobes": None}) == design
+
+
+def test_overrides_as_text_from_the_command_line():
+    design = Design().with_overrides(
+        {
+            "plates.support": "fixed",
+            "plates.lift": "4 mm",
+            "film.slack_stiffness": "1e-4",
+            "shape.lobes": "4",
+            "mesh.order": "2",
+            "pressure.value": ["5", "1 kPa"],
+        }
+    )
+    assert design.plates.lift == 0.004
+    assert design.film.slack_stiffness == 1e-4
+    assert (design.shape.lobes, design.mesh.order) == (4, 2)
+    assert design.pressure.value == (5.0, 1000.0)
+
+
+# --- what is refused ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates or pressure "
+         "(did you mean film?)"),
+        ("[film]\nthicknes = 1", "'film.thicknes' is no key of [film]; use law, E, nu, thickness, "
+         "slack_stiffness, prestress or hoop_slack (did you mean thickness?)"),
+        ("film = 3", "film: 3 is not a table; write [film] and its keys below"),
+        ("[film]\nthickness = '5 kPa'",
+         "film.thickness: '5 kPa' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
+        ("[film]\nthickness = 0", "film.thickness: 0 must be positive (1e-15 to 1e15 in SI); "
+         "give metres"),
+        ("[film]\nthickness = 0.05", "film.thickness = 0.05 m is no thin film on a radius of "
+         "2.0 m; give metres"),
+        ("[film]\nE = nan", "film.E: nan is not a finite number; give pascals"),
+        ("[film]\nnu = 0.6", "film.nu: 0.6 must be in (-1, 0.5]; give a number, e.g. 0.3"),
+        ("[film]\nlaw = 'tension'", "film.law: 'tension' is unknown; use isotropic, "
+         "fixed-wrinkles or tension-field"),
+        ("[film]\nlaw = 'tension_field'", "(did you mean tension-field?)"),
+        ("[film]\nprestress = 'yes'", "film.prestress: 'yes' is neither true nor false"),
+        ("[film]\nslack_stiffness = 1.0", "film.slack_stiffness: 1.0 must be in [0, 1)"),
+        ("[film]\nhoop_slack = -1e-3", "film.hoop_slack: -0.001 must be in [0, 1)"),
+        ("[shape]\nlobes = 0", "shape.lobes: 0 is impossible; give an integer, 1 or more"),
+        ("[shape]\nlobes = 2.5", "shape.lobes: 2.5 is impossible; give an integer, 1 or more"),
+        ("[shape]\ntruncation = 0.7", "shape.truncation: 0.7 must be in (0, 0.599]"),
+        ("[shape]\nR0 = 3.8\nedge_radius = 2",
+         "shape.edge_radius = 2.0 and R0 = 3.8 both give the size; leave one out"),
+        ("[shape]\nradius = 2", "shape.radius = 2.0 does not fit the kind 'isotensoid'; use "
+         "edge_radius, R0 or truncation"),
+        ("[shape]\nkind = 'cylinder'\nR0 = 2", "shape.R0 = 2.0 does not fit the kind 'cylinder'; "
+         "use radius or length"),
+        ("[shape]\nkind = 'cylinder'\nlobes = 2",
+         "shape.lobes = 2 does not fit the kind 'cylinder'; leave it out"),
+        ("[shape]\nkind = 'cylinder'\n[film]\nprestress = true",
+         "film.prestress = true needs an isotensoid; leave it out for a cylinder"),
+        ("[mesh]\ndivisions = 24", "mesh.divisions: 24 is no mesh division; give cells"),
+        ("[mesh]\ndivisions = '24x'", "mesh.divisions: '24x' is no mesh division"),
+        ("[mesh]\ndivisions = [24, 32, 2]", "mesh.divisions: [24, 32, 2] is no mesh division"),
+        ("[mesh]\ndivisions = [24, true]", "mesh.divisions: [24, True] is no mesh division"),
+        ("[mesh]\norder = 3", "mesh.order: 3 is impossible; give 1 or 2"),
+        ("[mesh]\nsize = 0.2", "mesh.size = 0.2 needs layout = 'unstructured'"),
+        ("[mesh]\nlayout = 'unstructured'", "mesh.layout = 'unstructured' lacks a size"),
+        ("[mesh]\nlayout = 'unstructured'\ndivisions = [4, 6]",
+         "mesh.divisions = [4, 6] do not fit layout = 'unstructured'; give a size in metres"),
+        ("[hoops]\nEA = '215 GPa'", "hoops.EA: '215 GPa' is not a force; give newtons"),
+        ("[plates]\nbar = -1", "plates.bar: -1 is no bar; give true (rigid), false (none)"),
+        ("[plates]\nlift = '4 mm'",
+         "plates.lift = 0.004 needs support = 'fixed', not 'clamped'; change one of them"),
+        ("[pressure]\nvalue = -5", "pressure.value: -5 is below 0, and a film carries no suction"),
+        ("[pressure]\nvalue = []", "pressure.value: [] holds no pressure; give pascals"),
+        ("[pressure]\nvalue = [5, '5 m']", "pressure.value: '5 m' is not a pressure"),
+    ],
+)  # fmt: skip
+def test_refusals_name_key_value_and_remedy(text, message):
+    with pytest.raises(InputError) as caught:
+        parse(text)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"plates.lift": "4 kg"}, "--lift: '4 kg' is not a length; give metres"),
+        ({"plates.lift": "4 mm"}, "plates.lift = 0.004 needs support = 'fixed'"),
+        ({"film.law": "rubber"}, "--film: 'rubber' is unknown; use isotropic"),
+    ],
+)
+def test_refused_overrides_are_called_by_their_options(changes, message):
+    names = {"plates.lift": "--lift", "film.law": "--film"}
+    with pytest.raises(InputError) as caught:
+        Design().with_overrides(changes, names)
+    assert message in str(caught.value)
+
+
+def test_files_that_cannot_be_read(shared_path, comm):
+    wrong = shared_path / "wrong.toml"
+    binary = shared_path / "binary.toml"
+    if comm.rank == 0:
+        wrong.write_text("[film\n")
+        binary.write_bytes(b"\xff\xfe\x00")
+    for path, message in (
+        (shared_path / "none.toml", "there is no design file '.*none.toml'; see meshes/"),
+        (shared_path, "cannot read '.*' \\(Is a directory\\); give a TOML design file"),
+        (wrong, "wrong.toml is no TOML \\(.*line 1.*\\); see meshes/"),
+        (binary, "binary.toml is no TOML \\(not such a text\\)"),
+    ):
+        with pytest.raises(InputError, match=message):
+            Design.load(path, comm)
+
+
+def test_a_faulty_file_is_named(shared_path, comm):
+    path = shared_path / "mine.toml"
+    if comm.rank == 0:
+        path.write_text("[film]\nnu = 7\n")
+    with pytest.raises(InputError, match=r"mine\.toml: film\.nu: 7 must be in"):
+        Design.load(path, comm)
+
+
+# --- any mutation either makes a sound design or one sentence -------------------------------------
+
+KEYS = [
+    (section, key) for section, field in Design.model_fields.items() for key in field.annotation.model_fields
+]
+VALUES = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=12),
+    st.sampled_from(
+        ["1 m", "5 kPa", "2 N", "24x32", "cylinder", "isotensoid", "unstructured", "fixed", "film"]
+    ),
+    st.lists(st.one_of(st.integers(), st.floats(), st.text(max_size=5)), max_size=3),
+    st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from([*KEYS, ("film", "x\ny"), ("z", "y")]), VALUES), max_size=4))
+def test_any_tables_make_a_design_or_one_sentence(entries):
+    tables = {}
+    for (section, key), value in entries:
+        tables.setdefault(section, {})[key] = value
+    try:
+        design = Design.parse(tables)
+    except InputError as error:
+        sentence = str(error)
+    else:
+        assert parse(design.to_toml()) == design
+        assert design.with_overrides({}) == design
+        return
+    assert "\n" not in sentence
+    assert any(section in sentence for section in tables)
+    assert "is not a table" not in sentence  # all of them were
+    assert len(sentence) < 400
+
+
+# --- building -----------------------------------------------------------------------------------
+
+
+def test_a_design_builds_what_it_says(comm):
+    design = Design().with_overrides(
+        {
+            "shape.lobes": 2,
+            "mesh.divisions": "4x6",
+            "film.law": "tension-field",
+            "plates.bar": "2 GN",
+            "hoops.EA": 1e9,
+            "pressure.load": "closed",
+        }
+    )
+    surface = design.surface(comm)
+    assert surface.divisions == (4, 6)
+    assert surface.num_lobes == 2
+    assert surface.shape.edge_radius == pytest.approx(2.0, rel=1e-14)
+    balloon = design.balloon(surface)
+    assert not balloon.prestressed
+    assert balloon.film.slack_stiffness == 1e-6
+    assert balloon.plates.bar == 2e9
+    assert balloon.load.convention == "closed"
+    assert [cord.EA for cord in balloon.cords] == [1e9]
+    assert design.balloon(surface, prestressed=True).prestressed
+
+
+def test_r0_and_cylinder_reach_the_surface(comm):
+    tables = {"shape": {"R0": 4.2 / 1.1}, "mesh": {"divisions": [2, 3]}}
+    surface = Design.parse(tables).surface(comm)
+    assert surface.shape.R0 == 4.2 / 1.1
+    tables = {"shape": {"kind": "cylinder", "length": 3}, "mesh": {"divisions": [1, 3]}}
+    flat = Design.parse(tables)
+    assert flat.surface(comm).shape.height == 3.0
+    assert not flat.has_ideal_state
+    isotropic = flat.with_overrides({"film.law": "isotropic"})
+    assert not isotropic.balloon(isotropic.surface(comm)).cords

@@ -1,0 +1,118 @@
+"""Circumferential harmonics of nodal fields, and the names of modes."""
+
+import numpy as np
+import pytest
+
+from lobefem.balloon import Balloon
+from lobefem.films import Isotropic
+from lobefem.harmonics import cylindrical, label, spectrum
+from lobefem.plates import EndPlates
+from lobefem.surface import lobed_cylinder
+
+
+def make(comm, around=16, lobes=2, **kw):
+    mesh = {"divisions": (4, around)} if kw.get("layout") != "unstructured" else {}
+    return Balloon(lobed_cylinder(lobes, comm=comm, **mesh, **kw), Isotropic(), [EndPlates()])
+
+
+def field(balloon, component, shape):
+    """A displacement along one cylindrical direction (0 radial, 1 hoop, 2 axial), ghosts zero."""
+    angle, height, frame = cylindrical(balloon)
+    u = np.zeros((len(balloon.u.x.array) // 3, 3), dtype=complex)
+    u[: len(angle)] = shape(angle, height)[:, None] * frame[:, component]
+    return u
+
+
+def power_of(balloon, u):
+    return spectrum(balloon, u.real, u.imag)
+
+
+def test_cylindrical_frame(comm):
+    balloon = make(comm)
+    angle, height, frame = cylindrical(balloon)
+    x = balloon.V.tabulate_dof_coordinates()[: len(angle)]
+    radius = np.hypot(x[:, 0], x[:, 1])
+    np.testing.assert_allclose(radius[:, None] * frame[:, 0, :2], x[:, :2], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(height, x[:, 2])
+    np.testing.assert_allclose(np.arctan2(x[:, 1], x[:, 0]), angle)
+    eye = np.broadcast_to(np.eye(3), frame.shape)
+    np.testing.assert_allclose(frame @ frame.transpose(0, 2, 1), eye, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(np.cross(frame[:, 0], frame[:, 1]), frame[:, 2], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("component", [0, 1, 2])
+@pytest.mark.parametrize("n", [0, 1, 2, 7, 8])
+def test_a_pure_harmonic_is_found_alone(comm, n, component):
+    balloon = make(comm)
+    power = power_of(balloon, field(balloon, component, lambda a, z: np.cos(n * a) * (1 + z)))
+    assert power.sum() == pytest.approx(1)
+    assert power[n] == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("around", [7, 8, 9, 16])
+def test_two_harmonics_share_by_their_energy(comm, around):
+    """Also on an odd number of sectors, whose highest harmonic is no alias of itself."""
+    balloon = make(comm, around)
+    power = power_of(balloon, field(balloon, 0, lambda a, z: np.cos(a) + 2 * np.sin(3 * a)))
+    np.testing.assert_allclose(power[[1, 3]], [0.2, 0.8], rtol=1e-12)
+
+
+def test_the_last_harmonic_of_an_even_ring_is_counted_once(comm):
+    balloon = make(comm, 8)
+    power = power_of(balloon, field(balloon, 0, lambda a, z: np.cos(4 * a) + np.sqrt(2) * np.cos(a)))
+    # cos(4 a) is 1 in square at the nodes, sqrt 2 cos(a) too
+    np.testing.assert_allclose(power[[1, 4]], [0.5, 0.5], rtol=1e-12)
+
+
+def test_a_rotating_field_counts_real_and_imaginary_part(comm):
+    balloon = make(comm)
+    u = field(balloon, 0, lambda a, z: np.exp(1j * 3 * a) + np.exp(-1j * 2 * a))
+    np.testing.assert_allclose(power_of(balloon, u)[[2, 3]], [0.5, 0.5], rtol=1e-12)
+
+
+def test_alternating_diagonals_keep_all_harmonics_of_the_ring(comm):
+    """The sector is two cells wide there, but a ring still tells N/2 harmonics apart."""
+    balloon = make(comm, 16, diagonals="alternating")
+    for n in (1, 5, 7):
+        power = power_of(balloon, field(balloon, 0, lambda a, z, n=n: np.cos(n * a)))
+        assert np.argmax(power) == n
+    height = balloon.surface.shape.height
+    skin = field(balloon, 0, lambda a, z: np.cos(7 * a) * np.sin(np.pi * z / height) ** 2)
+    assert label_of(balloon, skin) == "local"
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_unstructured_mesh_finds_the_dominant_harmonic(comm, order):
+    balloon = make(comm, layout="unstructured", size=0.5, order=order)
+    for n in (0, 1, 4):
+        power = power_of(balloon, field(balloon, 0, lambda a, z, n=n: np.cos(n * a)))
+        # scattered nodes in a height class are no ring: other harmonics get something too
+        assert np.argmax(power) == n
+        assert power[n] > 1.5 * np.sort(power)[-2]
+
+
+def test_quadratic_cells_see_harmonics_of_their_mid_side_nodes(comm):
+    balloon = make(comm, 8, order=2)
+    power = power_of(balloon, field(balloon, 0, lambda a, z: np.cos(6 * a)))
+    assert np.argmax(power) == 6
+
+
+def label_of(balloon, u):
+    return label(balloon, u.real, u.imag, power_of(balloon, u))
+
+
+def test_names(comm):
+    balloon = make(comm, 16, lobes=2)
+    seam = balloon.surface.shape.height
+
+    def skin(a, z):  # nothing at the seam or at the rims
+        return np.cos(5 * a) * np.sin(np.pi * z / seam) ** 2
+
+    x = np.zeros((len(balloon.u.x.array) // 3, 3), dtype=complex)
+    x[:, 0] = 1.0
+    assert label_of(balloon, x) == "sway"
+    assert label_of(balloon, field(balloon, 1, lambda a, z: z)) == "twist"
+    assert label_of(balloon, field(balloon, 0, lambda a, z: np.ones_like(a))) == "global"
+    assert label_of(balloon, field(balloon, 2, lambda a, z: z)) == "global"
+    assert label_of(balloon, field(balloon, 0, skin)) == "local"
+    assert label_of(balloon, field(balloon, 0, lambda a, z: np.cos(2 * a))) == "global"

@@ -1,0 +1,73 @@
+"""PETSc's seams: options that do not leak, symmetry, inertia, the direct solver."""
+
+import numpy as np
+import pytest
+from petsc4py import PETSc
+
+from lobefem import _petsc
+
+
+def matrix(comm, dense):
+    """A distributed AIJ matrix of dense numbers."""
+    dense = np.asarray(dense, dtype=float)
+    A = PETSc.Mat().createAIJ(dense.shape, comm=comm)
+    A.setUp()
+    start, end = A.getOwnershipRange()
+    for i in range(start, end):
+        A.setValues(i, list(range(dense.shape[1])), dense[i])
+    A.assemble()
+    return A
+
+
+def random(n, seed=0):
+    return np.random.default_rng(seed).normal(size=(n, n))
+
+
+def test_options_are_removed_after_use_and_the_users_stay():
+    database = PETSc.Options("lobefem_test_")
+    database["theirs"] = "7"
+    try:
+        with _petsc.options("lobefem_test_", {"ours": 3, "theirs": 4}):
+            assert database.getInt("ours") == 3
+            assert database.getInt("theirs") == 7
+        assert not database.hasName("ours")
+        assert database.getInt("theirs") == 7
+        with pytest.raises(KeyError), _petsc.options("lobefem_test_", {"ours": 3}):
+            raise KeyError
+        assert not database.hasName("ours")
+    finally:
+        database.delValue("theirs")
+
+
+def test_asymmetry(comm):
+    A = random(9)
+    assert _petsc.asymmetry(matrix(comm, A + A.T)) == 0
+    expected = np.abs(A - A.T).max() / np.abs(A).max()
+    assert _petsc.asymmetry(matrix(comm, A)) == pytest.approx(expected, rel=1e-14)
+    assert _petsc.asymmetry(matrix(comm, np.zeros((4, 4)))) == 0.0
+
+
+@pytest.mark.parametrize("negative", [0, 1, 5])
+def test_inertia(comm, negative):
+    Q = np.linalg.qr(random(12))[0]
+    values = np.concatenate([-np.arange(1.0, negative + 1), np.arange(1.0, 13 - negative)])
+    assert _petsc.num_negative(matrix(comm, Q * values @ Q.T)) == negative
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_direct_solver(comm, symmetric):
+    A = random(10) + 8 * np.eye(10)
+    A = A + A.T if symmetric else A
+    M = matrix(comm, A)
+    ksp = PETSc.KSP().create(comm)
+    ksp.setOptionsPrefix("lobefem_test_")
+    ksp.setOperators(M)
+    _petsc.set_direct_solver(ksp, symmetric)
+    x, b = M.createVecs()
+    x.set(1.0)
+    M.mult(x, b)
+    x.set(0.0)
+    ksp.solve(b, x)
+    np.testing.assert_allclose(x.array_r, 1.0, rtol=1e-12)
+    assert ksp.getPC().getType() == ("cholesky" if symmetric else "lu")
+    assert not [name for name in PETSc.Options().getAll() if name.startswith("lobefem_test_")]

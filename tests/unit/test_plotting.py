@@ -1,0 +1,102 @@
+"""The gathered film and the arguments of the figures."""
+
+import numpy as np
+import pytest
+
+from lobefem import (
+    Balloon,
+    EndPlates,
+    FixedWrinkles,
+    GasPressure,
+    Hoops,
+    find_modes,
+    ideal_state,
+    lobed_cylinder,
+)
+from lobefem._skin import facing, gather, normals, outline, polygons
+from lobefem.errors import InputError
+from lobefem.plotting import _spread, eigenvalue_curves, mode_shapes
+from lobefem.rendering import render_modes
+from lobefem.sweep import follow
+
+
+@pytest.fixture(scope="module")
+def modes():
+    surface = lobed_cylinder(2, (4, 8))
+    parts = [GasPressure("film"), Hoops(), EndPlates(bar=True)]
+    balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
+    return find_modes(ideal_state(balloon, 1000.0), count=6)
+
+
+def test_gather_holds_every_node_and_cell_once(modes):
+    balloon = modes.state.balloon
+    skin = gather(balloon, modes[0].displacement)
+    assert (skin is None) == (balloon.comm.rank != 0)
+    if skin is not None:
+        assert skin.x.shape == skin.fields[0].shape == (9 * 8, 3)
+        assert skin.faces.shape == (2 * 4 * 8 * 2, 3)
+        assert skin.grid.shape == (9, 8)
+        assert sorted(skin.grid.ravel()) == list(range(72))
+        # rings are level, columns lie in a plane with the axis
+        x = skin.x[skin.grid]
+        assert np.ptp(x[:, :, 2], axis=1).max() < 1e-9
+        assert np.abs(np.diff(np.arctan2(x[:, :, 1], x[:, :, 0]), axis=0)).max() < 1e-9
+        assert skin.height == pytest.approx(2 * balloon.surface.shape.height)
+        assert np.linalg.norm(skin.fields[0], axis=1).max() <= 1 + 1e-12
+
+
+def test_polygons_cover_the_film_with_outward_normals(modes):
+    skin = gather(modes.state.balloon)
+    if skin is not None:
+        for step in (1, 2):
+            film, top, bottom = polygons(skin, step)
+            centre = skin.x[film].mean(axis=1)
+            outward = normals(skin.x[film])
+            assert len(film) == 8 * 8 // step**2
+            assert (np.einsum("ni,ni->n", outward[:, :2], centre[:, :2]) > 0).all()
+            assert normals(skin.x[top])[0] == pytest.approx([0, 0, 1])
+            assert normals(skin.x[bottom])[0] == pytest.approx([0, 0, -1])
+        z, r = outline(skin)
+        assert (z[0], r[0]) == pytest.approx((0, 2.0))
+        assert (np.diff(z) > 0).all()
+
+
+def test_sways_are_seen_from_the_side(modes):
+    mode = modes[0]
+    assert mode.kind == "sway"
+    skin = gather(modes.state.balloon, mode.displacement)
+    if skin is not None:
+        e1, e2 = facing(skin, skin.fields[0])
+        top = skin.fields[0][skin.grid[-1]].mean(axis=0)
+        assert top @ e1 > 10 * abs(top @ e2)
+        assert np.cross(e1, e2) == pytest.approx([0, 0, 1])
+
+
+def test_labels_are_pushed_apart_and_stay_inside():
+    placed = _spread(np.array([0.0, 1.0, 1.5, 50.0]), 7.0, 0.0, 60.0)
+    assert (np.diff(placed) > 6.9).all()
+    assert placed.min() >= 0
+    assert placed.max() <= 60
+    assert placed[-1] == pytest.approx(50)
+
+
+def test_unstructured_quadrilaterals_are_drawn_as_cells():
+    surface = lobed_cylinder(1, cell="quadrilateral", layout="unstructured", size=1.0)
+    balloon = Balloon(surface, FixedWrinkles(), [EndPlates()], prestressed=True)
+    skin = gather(balloon)
+    if skin is not None:
+        (cells,) = polygons(skin, 2)
+        area = 0.5 * np.linalg.norm(
+            np.cross(skin.x[cells], np.roll(skin.x[cells], -1, axis=1)).sum(axis=1), axis=1
+        )
+        # corners taken round each cell, not crosswise: the facets make up the film
+        assert area.sum() == pytest.approx(surface.shape.area, rel=0.05)
+
+
+def test_figures_refuse_what_they_cannot_draw(modes, shared_path):
+    with pytest.raises(InputError, match=r"modes \[99\] cannot be drawn; choose from 0 to"):
+        mode_shapes(modes, [99])
+    with pytest.raises(InputError, match="cannot be drawn"):
+        render_modes(modes, [], shared_path / "none.png")
+    with pytest.raises(InputError, match="two pressures or more"):
+        eigenvalue_curves(follow([modes]))

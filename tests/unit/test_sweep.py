@@ -1,0 +1,97 @@
+"""Branches over the pressure: by harmonic, and from modes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lobefem import (
+    Balloon,
+    EndPlates,
+    FixedWrinkles,
+    GasPressure,
+    Hoops,
+    Isotropic,
+    critical_pressure,
+    find_modes,
+    ideal_state,
+    lobed_cylinder,
+)
+from lobefem.errors import InputError
+from lobefem.sweep import branches, follow
+
+
+def make(film=FixedWrinkles(), load="film", lobes=2, prestressed=True, **mesh):  # noqa: B008
+    surface = lobed_cylinder(lobes, **({"divisions": (4, 8)} | mesh))
+    parts = [GasPressure(load), Hoops(), EndPlates(bar=True)]
+    return Balloon(surface, film, parts, prestressed=prestressed)
+
+
+@pytest.fixture(scope="module")
+def modes():
+    return find_modes(ideal_state(make(), 1000.0), count=6)
+
+
+@pytest.mark.parametrize("film", [FixedWrinkles(), Isotropic()])
+@pytest.mark.parametrize("load", ["film", "closed"])
+def test_branches_agree_with_the_full_model(film, load):
+    balloon = make(film, load)
+    found = branches(balloon, [500.0, 2000.0], count=6)
+    for column, p in enumerate((500.0, 2000.0)):
+        for mode in find_modes(ideal_state(balloon, p), count=12).modes:
+            same = [b for b in found if b.harmonic == mode.harmonic and len(b.values) == 2]
+            nearest = min(same, key=lambda b: abs(b.values[column] - mode.value.real))
+            assert nearest.values[column] == pytest.approx(
+                mode.value.real, rel=1e-6
+            )  # round-off of the hoops' stiffness
+            assert nearest.kind == mode.kind
+
+
+def test_a_branch_crosses_zero_at_the_critical_pressure():
+    balloon = make(divisions=(6, 16))
+    critical = critical_pressure(balloon)
+    p = critical.pressure * np.array([0.999, 1.001])
+    (falling,) = [b for b in branches(balloon, p) if b.values[1] < 0]
+    assert falling.values[0] > 0
+    assert (falling.harmonic, falling.kind) == (critical.mode.harmonic, "local")
+
+
+def test_sweeps_refuse_what_has_no_branches():
+    with pytest.raises(InputError, match="prestressed=True"):
+        branches(make(prestressed=False), [1.0])
+    with pytest.raises(InputError, match=r"pressures \[2.0, 1.0\] must be finite and ascend"):
+        branches(make(), [2.0, 1.0])
+    with pytest.raises(InputError, match="cyclic mesh"):
+        branches(make(divisions=None, layout="unstructured", size=1.0), [1.0])
+
+
+def made_up(modes, pressure, rows):
+    """Modes at a pressure from (value, harmonic, kind)."""
+    mode = modes[0]
+    return replace(
+        modes,
+        state=replace(modes.state, pressure=pressure),
+        modes=tuple(replace(mode, value=complex(v), harmonic=n, kind=kind) for v, n, kind in rows),
+    )
+
+
+def test_branches_of_different_symmetry_cross(modes):
+    first = made_up(modes, 1.0, [(1, 1, "sway"), (1, 1, "sway"), (2, 0, "twist"), (3, 7, "local")])
+    second = made_up(modes, 2.0, [(0.5, 7, "local"), (2, 1, "sway"), (2, 1, "sway"), (4, 0, "twist")])
+    branches = {(b.kind, b.harmonic, b.rank): b.values.tolist() for b in follow([second, first])}
+    assert branches == {
+        ("sway", 1, 0): [1, 2],
+        ("twist", 0, 0): [2, 4],
+        ("local", 7, 0): [3, 0.5],
+    }
+
+
+def test_twist_and_other_axisymmetric_modes_are_kept_apart(modes):
+    first = made_up(modes, 1.0, [(1, 0, "twist"), (2, 0, "global"), (3, 0, "twist")])
+    second = made_up(modes, 2.0, [(1, 0, "global"), (2, 0, "twist"), (4, 0, "twist")])
+    names = {b.name: b.values.tolist() for b in follow([first, second])}
+    assert names == {
+        "twist, n = 0": [1, 2],
+        "twist, n = 0 (2)": [3, 4],
+        "global, n = 0": [2, 1],
+    }
