@@ -27,8 +27,9 @@ from lobefem.cables import Cords
 from lobefem.constraints import ConstraintMap
 from lobefem.errors import InputError
 from lobefem.films import Film
-from lobefem.kinematics import Frame, edge_strain, green_lagrange, revolved_frame
-from lobefem.loads import GasPressure, film_volume, film_volume_change, pressure_work
+from lobefem.forms import WeakForms
+from lobefem.kinematics import Frame, revolved_frame
+from lobefem.loads import GasPressure, film_volume
 from lobefem.plates import EndPlates, PlateMotion
 
 __all__ = ["Balloon", "Held"]
@@ -90,8 +91,8 @@ class Balloon:
             raise InputError(
                 f"{unknown[0]!r} is no part of a balloon; use GasPressure, Cords, EndPlates or Held"
             )
-        if hoop_slack < 0:
-            raise InputError(f"hoop_slack = {hoop_slack} must not be negative")
+        if not 0 <= hoop_slack < 1:
+            raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
         if prestressed and not hasattr(surface.shape, "R0"):
             raise InputError("prestress needs an isotensoid; this surface is another shape")
         self.mesh = surface.mesh
@@ -106,19 +107,16 @@ class Balloon:
         self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
         self.motion = self._plate_motion()
         self.map = self._constraint_map(held)
-        self._forms(hoop_slack, quadrature_degree)
+        self.forms = WeakForms(self, hoop_slack, quadrature_degree)
         self._frozen = self.motion.area_vectors if self.motion else np.zeros((2, 3))
         self._tangents: dict[int, Any] = {}
         self._mass: Any = None
-        self.reference_area = self.integrate(fem.Constant(self.mesh, 1.0) * self._dx)
+        self.reference_area = self.integrate(fem.Constant(self.mesh, 1.0) * self.forms.dx)
         X = ufl.SpatialCoordinate(self.mesh)
-        self.reference_volume = self.integrate(film_volume(X, self.frame) * self._dx)
+        self.reference_volume = self.integrate(film_volume(X, self.frame) * self.forms.dx)
         self.reference_volume += self.motion.volume if self.motion else 0.0
 
     # --- construction ---------------------------------------------------------------------------
-
-    def _number(self, value: float) -> Any:
-        return fem.Constant(self.mesh, float(value))
 
     def _plate_motion(self) -> PlateMotion | None:
         """The plates' motion; the rims' areas come from the mesh, A = |closed integral of X x t|/2."""
@@ -162,101 +160,13 @@ class Balloon:
         facets = self.surface.edges.find(self.surface.groups[group][1])
         return fem.locate_dofs_topological(self.V, 1, facets)
 
-    def _forms(self, hoop_slack: float, degree: int | None) -> None:
-        mesh, u, number = self.mesh, self.u, self._number
-        X = ufl.SpatialCoordinate(mesh)
-        simplex = mesh.topology.cell_name() == "triangle"
-        linear = self.order == 1 and simplex
-        if degree is None:
-            # exact for the enclosed volume; a linear triangle has one strain, but prestress (1/R)
-            # and the frame vary over it
-            varies = self.prestressed or self.film.directional
-            degree = (4 if varies else 1) if linear else 2 * self.order + (not simplex)
-        # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
-        # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
-        dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
-        strain = green_lagrange(u, self.frame)
-        if self.prestressed:
-            shape, axis = self.surface.shape, ufl.as_vector(list(self.surface.axis))
-            across = X - ufl.dot(X, axis) * axis
-            radius = ufl.sqrt(ufl.dot(across, across))
-            resultant = self.prestress * number(shape.R0**2) / (2 * radius)
-            strain = strain + self.film.prestrain(resultant, number, hoop_slack)
-        self.strain = strain
-        self._dx = dx
-        elastic = self.film.energy(strain, number) * dx
-        self._cord_forms: list[tuple[str, Any, Any, Any]] = []
-        for cord in self.cords:
-            for name in cord.groups(self.surface):
-                measure, side = self._edge_measure(name)
-                e = edge_strain(u, mesh, side)
-                if self.prestressed:
-                    e = e + self.prestress * number(self._cord_tension(cord) / cord.EA)
-                elastic += cord.energy(e, number) * measure
-                # second Piola tension times stretch: the force in the deformed cord
-                stretch = ufl.sqrt(1 + 2 * edge_strain(u, mesh, side))
-                self._cord_forms.append((name, number(cord.EA) * e * stretch, measure, cord))
-        self._elastic = elastic
-        v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
-        self._volume = film_volume_change(u, X, self.frame) * dx
-        energy = elastic
-        if self.load.convention == "closed":
-            energy = energy - self.pressure * self._volume
-        residual = ufl.derivative(energy, u, v)
-        if self.load.convention == "film":
-            residual -= self.pressure * pressure_work(u, v, self.frame) * dx
-        self._residual_ufl, self._tangent_ufl = residual, ufl.derivative(residual, u, du)
-        self._mass_ufl = ufl.inner(du, v) * ufl.dx(mesh)
-
-    def _edge_measure(self, name: str) -> tuple[Any, str | None]:
-        """The measure over an edge group: dS between lobes, ds on a rim."""
-        tag = self.surface.groups[name][1]
-        kind, side = ("ds", None) if name.startswith("rim") else ("dS", "+")
-        return ufl.Measure(kind, domain=self.mesh, subdomain_data=self.surface.edges)(tag), side
-
-    def _cord_tension(self, cord: Cords) -> float:
-        """Tension in a cord per Pa of prestress [N/Pa]."""
-        if cord.tension_per_pressure is not None:
-            return cord.tension_per_pressure
-        return float(self.surface.shape.seam_tension(1.0))
-
-    @cached_property
-    def _elastic_form(self) -> Any:
-        return fem.form(self._elastic)
-
-    @cached_property
-    def _residual_form(self) -> Any:
-        return fem.form(self._residual_ufl)
-
-    @cached_property
-    def _tangent_form(self) -> Any:
-        return fem.form(self._tangent_ufl)
-
-    @cached_property
-    def _direction(self) -> tuple[Any, Any]:
-        return fem.Function(self.V), fem.Function(self.V)
-
-    @cached_property
-    def _second_variation_form(self) -> Any:
-        dv, du = self._direction
-        return fem.form(ufl.action(ufl.action(self._tangent_ufl, du), dv))
-
-    @cached_property
-    def _load_form(self) -> Any:
-        v = ufl.TestFunction(self.V)
-        return fem.form(pressure_work(self.u, v, self.frame) * self._dx)
-
-    @cached_property
-    def _volume_form(self) -> Any:
-        return fem.form(self._volume)
-
     @cached_property
     def _residual_vector(self) -> Any:
-        return _dolfinx.create_vector(self._residual_form)
+        return _dolfinx.create_vector(self.forms.residual)
 
     @cached_property
     def _full_tangent(self) -> Any:
-        return _dolfinx.create_matrix(self._tangent_form)
+        return _dolfinx.create_matrix(self.forms.tangent)
 
     # --- what a solver asks for -----------------------------------------------------------------
 
@@ -282,7 +192,7 @@ class Balloon:
 
     def volume(self) -> float:
         """Volume enclosed by film and plates [m^3] in the present displacement. Collective."""
-        change = self.comm.allreduce(fem.assemble_scalar(self._volume_form))
+        change = self.comm.allreduce(fem.assemble_scalar(self.forms.volume))
         change += self.motion.volume_change(self._w)[0] if self.motion else 0.0
         return self.reference_volume + change
 
@@ -293,10 +203,10 @@ class Balloon:
     def load_norm(self, q: Any) -> float:
         """Norm of the pressure's reduced nodal forces p dV/dq at q [N, N m]. Collective."""
         self.place(q)
-        g = _dolfinx.create_vector(self._load_form)
+        g = _dolfinx.create_vector(self.forms.load)
         with g.localForm() as local:
             local.set(0.0)
-        fem.petsc.assemble_vector(g, self._load_form)
+        fem.petsc.assemble_vector(g, self.forms.load)
         g.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
         out = self.map.create_vector()
         _, dw, _ = self.map.plate_parameters(self.map.parameters(q))
@@ -314,18 +224,18 @@ class Balloon:
         one = fem.Constant(self.mesh, 1.0)
         return tuple(
             self.integrate(tension * measure) / self.integrate(one * measure)
-            for _, tension, measure, _ in self._cord_forms
+            for _, tension, measure in self.forms.cords
         )
 
     def region_areas(self) -> tuple[float, float, float]:
         """Reference areas of taut, wrinkled and slack film [m^2]. Collective."""
-        taut, wrinkled, slack = self.film.regions(self.strain, self._number)
-        return tuple(self.integrate(region * self._dx) for region in (taut, wrinkled, slack))  # type: ignore[return-value]
+        taut, wrinkled, slack = self.film.regions(self.forms.strain, self.forms.number)
+        return tuple(self.integrate(region * self.forms.dx) for region in (taut, wrinkled, slack))  # type: ignore[return-value]
 
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] in the present displacement. Collective."""
-        strain = ufl.variable(self.strain)
-        S = ufl.diff(self.film.energy(strain, self._number), strain)
+        strain = ufl.variable(self.forms.strain)
+        S = ufl.diff(self.film.energy(strain, self.forms.number), strain)
         N = ufl.as_vector([S[0, 0], S[1, 1], (S[0, 1] + S[1, 0]) / 2])
         return self._cell_means(N, "stress resultants")
 
@@ -336,7 +246,7 @@ class Balloon:
         area = fem.Function(W)
         ones = ufl.as_vector([1.0] * expression.ufl_shape[0])
         for target, f in ((mean, expression), (area, ones)):
-            fem.petsc.assemble_vector(target.x.petsc_vec, fem.form(ufl.inner(f, v) * self._dx))
+            fem.petsc.assemble_vector(target.x.petsc_vec, fem.form(ufl.inner(f, v) * self.forms.dx))
             target.x.scatter_forward()
         mean.x.array[:] /= area.x.array
         return mean
@@ -358,8 +268,8 @@ class Balloon:
             the energy, and the size of the terms whose sum it is (for its round-off).
         """
         self.place(q)
-        elastic = self.comm.allreduce(fem.assemble_scalar(self._elastic_form))
-        volume = self.comm.allreduce(fem.assemble_scalar(self._volume_form))
+        elastic = self.comm.allreduce(fem.assemble_scalar(self.forms.elastic))
+        volume = self.comm.allreduce(fem.assemble_scalar(self.forms.volume))
         if self.motion is not None:
             elastic += self.motion.bar_energy(self._w, self._bar_built_in)[0]
             volume += self.motion.volume_change(self._w)[0]
@@ -371,7 +281,7 @@ class Balloon:
     def strain_energy(self) -> float:
         """Strain energy of film, cords and bar [J] in the present displacement. Collective."""
         bar = self.motion.bar_energy(self._w, self._bar_built_in)[0] if self.motion else 0.0
-        return self.comm.allreduce(fem.assemble_scalar(self._elastic_form)) + bar
+        return self.comm.allreduce(fem.assemble_scalar(self.forms.elastic)) + bar
 
     def _plate_terms(self, nodal: Array) -> tuple[Array, Array]:
         """Gradient (12,) and Hessian (12, 12) in w of all that acts on the plates."""
@@ -389,7 +299,7 @@ class Balloon:
         r = self._residual_vector
         with r.localForm() as local:
             local.set(0.0)
-        fem.petsc.assemble_vector(r, self._residual_form)
+        fem.petsc.assemble_vector(r, self.forms.residual)
         r.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
         return r.array_r
 
@@ -408,7 +318,7 @@ class Balloon:
             slot: calls with another slot keep a matrix of their own.
         """
         self._w, dw, d2w = self.map.displace(q, self.u)
-        K = _dolfinx.assemble_matrix(self._full_tangent, self._tangent_form)
+        K = _dolfinx.assemble_matrix(self._full_tangent, self.forms.tangent)
         J = self.map.jacobian(self._w, dw)
         reduced = K.ptap(J, result=self._tangents.get(slot))
         if self.map.num_parameters:
@@ -424,10 +334,10 @@ class Balloon:
         """
         self._w, dw, d2w = self.map.displace(q, self.u)
         J = self.map.jacobian(self._w, dw)
-        for target, direction in ((self._direction[0], dv), (self._direction[1], dq)):
+        for target, direction in ((self.forms.directions[0], dv), (self.forms.directions[1], dq)):
             J.mult(direction, target.x.petsc_vec)
             target.x.scatter_forward()
-        value = self.comm.allreduce(fem.assemble_scalar(self._second_variation_form))
+        value = self.comm.allreduce(fem.assemble_scalar(self.forms.second_variation))
         if self.map.num_parameters:
             a, b = self.map.parameters(dv), self.map.parameters(dq)
             value += float(a @ self._parameter_block(dw, d2w) @ b)
@@ -449,6 +359,22 @@ class Balloon:
         du.x.scatter_forward()
         return du.x.array.reshape(-1, 3).copy()
 
+    def straining_share(self, real: Array, imag: Array) -> float:
+        """Share of strain in a displacement gradient, |sym grad phi|^2/|grad phi|^2 in the film's plane.
+
+        Args:
+            real: nodal displacements (nodes, 3), ghosts included.
+            imag: their imaginary part.
+
+        Collective.
+        """
+        sums = np.zeros(2)
+        for part in (real, imag):
+            self.forms.directions[0].x.array[:] = part.ravel()
+            sums += [fem.assemble_scalar(form) for form in self.forms.straining]
+        strain, gradient = self.comm.allreduce(sums)
+        return float(strain / gradient) if gradient else 0.0
+
     def largest(self, displacement: npt.NDArray[Any]) -> float:
         """Largest nodal displacement [m]. Collective."""
         square = (np.abs(displacement) ** 2).sum(axis=1).max(initial=0.0)
@@ -463,7 +389,7 @@ class Balloon:
     def mass_matrix(self) -> Any:
         """Consistent mass of unit areal density on all nodal displacements [m^2]. Collective."""
         if self._mass is None:
-            self._mass = fem.petsc.assemble_matrix(fem.form(self._mass_ufl))
+            self._mass = fem.petsc.assemble_matrix(self.forms.mass)
             self._mass.assemble()
         return self._mass
 

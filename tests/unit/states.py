@@ -40,7 +40,7 @@ def cell_strains(balloon, q):
     W = fem.functionspace(balloon.mesh, ("DG", 0, (2, 2)))
     strain = fem.Function(W)
     points = _dolfinx.interpolation_points(W.element)
-    strain.interpolate(fem.Expression(ufl.as_tensor(balloon.strain), points))
+    strain.interpolate(fem.Expression(ufl.as_tensor(balloon.forms.strain), points))
     return np.linalg.eigvalsh(strain.x.array.reshape(-1, 2, 2))
 
 

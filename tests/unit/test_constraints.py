@@ -101,7 +101,7 @@ def test_reduced_residual_and_tangent_are_products_with_the_jacobian(comm, plate
     tail = gathered(comm, product.array_r)[-balloon.motion.size :] + plates_load
     found = gathered(comm, reduced.array_r)[-balloon.motion.size :]
     np.testing.assert_allclose(found, tail, rtol=1e-10, atol=1e-9)
-    K = _dolfinx.assemble_matrix(balloon._full_tangent, balloon._tangent_form)
+    K = _dolfinx.assemble_matrix(balloon._full_tangent, balloon.forms.tangent)
     JT = PETSc.Mat().createTranspose(J)
     d, product = unknowns(balloon, wavy(x, 3), 0.0), q.duplicate()
     Jd, KJd = K.createVecs()

@@ -77,7 +77,7 @@ def test_alternating_diagonals_keep_all_harmonics_of_the_ring(comm):
         power = power_of(balloon, field(balloon, 0, lambda a, z, n=n: np.cos(n * a)))
         assert np.argmax(power) == n
     height = balloon.surface.shape.height
-    skin = field(balloon, 0, lambda a, z: np.cos(7 * a) * np.sin(np.pi * z / height) ** 2)
+    skin = field(balloon, 1, lambda a, z: np.cos(7 * a) * np.sin(np.pi * z / height) ** 2)
     assert label_of(balloon, skin) == "local"
 
 
@@ -105,7 +105,7 @@ def test_names(comm):
     balloon = make(comm, 16, lobes=2)
     seam = balloon.surface.shape.height
 
-    def skin(a, z):  # nothing at the seam or at the rims
+    def skin(a, z):
         return np.cos(5 * a) * np.sin(np.pi * z / seam) ** 2
 
     x = np.zeros((len(balloon.u.x.array) // 3, 3), dtype=complex)
@@ -114,5 +114,8 @@ def test_names(comm):
     assert label_of(balloon, field(balloon, 1, lambda a, z: z)) == "twist"
     assert label_of(balloon, field(balloon, 0, lambda a, z: np.ones_like(a))) == "global"
     assert label_of(balloon, field(balloon, 2, lambda a, z: z)) == "global"
-    assert label_of(balloon, field(balloon, 0, skin)) == "local"
-    assert label_of(balloon, field(balloon, 0, lambda a, z: np.cos(2 * a))) == "global"
+    # the film's pattern of fixed wrinkles: hoopwise, with a radial part
+    assert label_of(balloon, field(balloon, 1, skin) + 0.3 * field(balloon, 0, skin)) == "local"
+    # a ring made oval without stretching it, u = cos 2a, v = -sin(2a)/2
+    oval = field(balloon, 0, lambda a, z: np.cos(2 * a)) - field(balloon, 1, lambda a, z: np.sin(2 * a) / 2)
+    assert label_of(balloon, oval) == "global"
