@@ -169,7 +169,7 @@ def _isotropic(name: str, case: dict[str, Any]) -> Row:
     full = [b for b in case["branches"] if len(b["values"]) == len(case["pressures"])]
     rising = sum(_rises(b) for b in full)
     unstable = case["critical_pressure"]
-    bound = "no crossing below 100 % film strain" if unstable is None else f"crossing at {unstable:.3g} Pa"
+    bound = "no crossing" if unstable is None else f"crossing at {unstable:.3g} Pa"
     return Row(
         f"{name}, isotropic: no local modes go unstable, all eigenvalues positive and rising",
         f"lowest {lowest:.3g} Pa/m; {rising} of {len(full)} branches rise throughout; {bound}",

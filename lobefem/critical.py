@@ -113,8 +113,8 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
 
 
 def _limit(balloon: Balloon) -> float:
-    """A pressure [Pa] far beyond any at which the film could be held: strains of several 100 %."""
-    return 10 * balloon.film.Et / math.sqrt(balloon.reference_area)
+    """A pressure [Pa] beyond all reason: film strains of several 1000 %."""
+    return 100 * balloon.film.Et / math.sqrt(balloon.reference_area)
 
 
 def _combine(K_m: Any, p: float, K_g: Any) -> Any:

@@ -52,8 +52,9 @@ class CyclicReduction:
         self.balloon, self.order = balloon, int(order)
         self.comm = balloon.comm
         constraint = balloon.map
-        nodes = constraint.free[::3] // 3
-        if constraint.free.size % 3 or np.any(constraint.free.reshape(-1, 3)[:, 2] != 3 * nodes + 2):
+        nodes = np.unique(constraint.free // 3)
+        whole = np.array_equal(constraint.free, (3 * nodes[:, None] + np.arange(3)).ravel())
+        if not self.comm.allreduce(whole, op=MPI.LAND):
             raise InputError("a single harmonic needs nodes that are free or held in all components")
         angle, height, frame = cylindrical(balloon)
         self._frame = frame[nodes]  # rows: radial, hoop, axial
@@ -67,6 +68,8 @@ class CyclicReduction:
         first = np.concatenate(self.comm.allgather(keys[self._sector == 0]))
         first = first[np.lexsort(first.T[::-1])]
         self._slot = _match(first, keys)
+        if not self.comm.allreduce(bool((self._slot >= 0).all()), op=MPI.LAND):
+            raise InputError("the mesh is not the same in every sector; use mesh layout 'structured'")
         self.num_slots = len(first)
         start = constraint.create_vector().getOwnershipRange()[0]
         self._start = start
@@ -214,19 +217,16 @@ class CyclicReduction:
 
 
 def _match(table: Index, keys: Index) -> Index:
-    """Row of `table` (sorted pairs) nearest to each key; rounding may have moved a key by one."""
-    wrapped = keys.copy()
+    """Row of `table` nearest to each key, -1 for none; rounding may have moved a key by one."""
     result = np.full(len(keys), -1, dtype=np.int64)
     lookup = {tuple(row): i for i, row in enumerate(table.tolist())}
     shifts = [(a, b) for a in (0, -1, 1) for b in (0, -1, 1)]
-    for i, (z, t) in enumerate(wrapped.tolist()):
+    for i, (z, t) in enumerate(keys.tolist()):
         for a, b in shifts:
             found = lookup.get((z + a, t + b))
             if found is not None:
                 result[i] = found
                 break
-    if (result < 0).any():
-        raise InputError("the mesh is not the same in every sector; use mesh layout 'structured'")
     return result
 
 
