@@ -25,9 +25,18 @@ Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
 PREFIX = "lobefem_inflate_"
-_REASONS = {
-    value: name.lower().replace("_", " ")
-    for name, value in vars(PETSc.SNES.ConvergedReason).items()
+_WORDS = {
+    "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
+    "DIVERGED_MAX_IT": "too many iterations",
+    "DIVERGED_LINE_SEARCH": "line search failed",
+    "DIVERGED_LINEAR_SOLVE": "linear solve failed",
+    "DIVERGED_FNORM_NAN": "residual is not a number",
+    "DIVERGED_FUNCTION_NANORINF": "residual is not a number",
+}
+_REASONS: dict[int, str] = {
+    value: _WORDS.get(name, name.lower().replace("_", " "))
+    # the named ones last: PETSc has several names for some values
+    for name, value in sorted(vars(PETSc.SNES.ConvergedReason).items(), key=lambda item: item[0] in _WORDS)
     if isinstance(value, int)
 }
 
