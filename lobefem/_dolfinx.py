@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import re
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
+import cffi
 import numpy as np
 import numpy.typing as npt
 
@@ -50,6 +53,7 @@ __all__ = [
     "create_mesh",
     "create_vector",
     "entity_nodes",
+    "form",
     "geometry_dofmap",
     "gmshio",
     "interpolation_points",
@@ -76,6 +80,34 @@ def create_mesh(comm: Any, cells: npt.NDArray[np.int64], element: Any, x: npt.ND
     DOLFINx 0.10 swapped the positions of `x` and `e`. Collective.
     """
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=x, e=element, partitioner=shared_facet_partitioner())
+
+
+def form(expression: Any) -> Any:
+    """Compile a UFL form.
+
+    A killed run can leave a half-made entry in the cache of compiled forms, for which FFCx then waits
+    in vain: after a minute it is removed. The C compiler's warnings about generated code are for
+    nobody here.
+
+    Raises:
+        MissingDependencyError: it cannot be compiled; there may be no C compiler.
+
+    Collective.
+    """
+    options = {"timeout": 60, "cffi_extra_compile_args": ["-O2", "-g0", "-w"]}
+    comm = expression.ufl_domain().ufl_cargo().comm
+    try:
+        return dolfinx.fem.form(expression, jit_options=options)
+    except (RuntimeError, OSError, cffi.VerificationError) as error:
+        stale = re.search(r"remove (\S+\.c)\)", str(error))  # on rank 0, in FFCx's own words
+        if stale and comm.rank == 0:
+            Path(stale[1]).unlink(missing_ok=True)
+        if comm.bcast(bool(stale)):
+            return dolfinx.fem.form(expression, jit_options=options)
+        raise MissingDependencyError(
+            f"a form could not be compiled ({str(error).strip()[:300]}); lobefem needs a C compiler when it "
+            "runs and a writable cache: install gcc, or set XDG_CACHE_HOME to a folder of yours"
+        ) from error
 
 
 def create_vector(form: Any) -> Any:

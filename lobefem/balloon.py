@@ -172,7 +172,7 @@ class Balloon:
 
     def integrate(self, expression: Any) -> float:
         """The integral of a UFL expression with its measure, over all ranks. Collective."""
-        return float(self.comm.allreduce(fem.assemble_scalar(fem.form(expression)), op=MPI.SUM))
+        return float(self.comm.allreduce(fem.assemble_scalar(_dolfinx.form(expression)), op=MPI.SUM))
 
     def set_loads(self, pressure: float, prestress: float = 0.0) -> None:
         """Set the gas pressure and the pressure p0 of the built-in stress [Pa]."""
@@ -246,7 +246,7 @@ class Balloon:
         area = fem.Function(W)
         ones = ufl.as_vector([1.0] * expression.ufl_shape[0])
         for target, f in ((mean, expression), (area, ones)):
-            fem.petsc.assemble_vector(target.x.petsc_vec, fem.form(ufl.inner(f, v) * self.forms.dx))
+            fem.petsc.assemble_vector(target.x.petsc_vec, _dolfinx.form(ufl.inner(f, v) * self.forms.dx))
             target.x.scatter_forward()
         mean.x.array[:] /= area.x.array
         return mean

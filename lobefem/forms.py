@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from lobefem import _dolfinx  # noqa: F401  (the stack, before DOLFINx)
+from lobefem import _dolfinx
 from lobefem.cables import Cords
 from lobefem.kinematics import edge_strain, green_lagrange
 from lobefem.loads import film_volume_change, pressure_work
@@ -89,34 +89,34 @@ class WeakForms:
     @cached_property
     def elastic(self) -> Any:
         """Strain energy of film and cords [J]."""
-        return fem.form(self._elastic)
+        return _dolfinx.form(self._elastic)
 
     @cached_property
     def residual(self) -> Any:
         """Nodal residual [N]."""
-        return fem.form(self._residual)
+        return _dolfinx.form(self._residual)
 
     @cached_property
     def tangent(self) -> Any:
         """Derivative of the residual [N/m]."""
-        return fem.form(self._tangent)
+        return _dolfinx.form(self._tangent)
 
     @cached_property
     def mass(self) -> Any:
         """Consistent mass of unit areal density [m^2]."""
         v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
-        return fem.form(ufl.inner(du, v) * ufl.dx(self.mesh))
+        return _dolfinx.form(ufl.inner(du, v) * ufl.dx(self.mesh))
 
     @cached_property
     def load(self) -> Any:
         """Nodal forces of unit pressure on the film [m^2]."""
         v = ufl.TestFunction(self.V)
-        return fem.form(pressure_work(self.u, v, self.frame) * self.dx)
+        return _dolfinx.form(pressure_work(self.u, v, self.frame) * self.dx)
 
     @cached_property
     def volume(self) -> Any:
         """Change of the film's part of the enclosed volume [m^3]."""
-        return fem.form(self._volume)
+        return _dolfinx.form(self._volume)
 
     @cached_property
     def directions(self) -> tuple[Any, Any]:
@@ -127,7 +127,7 @@ class WeakForms:
     def second_variation(self) -> Any:
         """Second variation along the two directions [J]."""
         dv, du = self.directions
-        return fem.form(ufl.action(ufl.action(self._tangent, du), dv))
+        return _dolfinx.form(ufl.action(ufl.action(self._tangent, du), dv))
 
     @cached_property
     def straining(self) -> tuple[Any, Any]:
@@ -137,7 +137,7 @@ class WeakForms:
         e_mm, e_hh = ufl.dot(self.frame.m, g_m), ufl.dot(self.frame.h, g_h)
         e_mh = (ufl.dot(self.frame.m, g_h) + ufl.dot(self.frame.h, g_m)) / 2
         strain = e_mm**2 + e_hh**2 + 2 * e_mh**2
-        return fem.form(strain * self.dx), fem.form(ufl.inner(gradient, gradient) * self.dx)
+        return _dolfinx.form(strain * self.dx), _dolfinx.form(ufl.inner(gradient, gradient) * self.dx)
 
 
 def _edge_measure(mesh: Any, surface: Any, name: str) -> tuple[Any, str | None]:

@@ -1,0 +1,43 @@
+"""The seams to DOLFINx that a user can run into."""
+
+import dolfinx
+import pytest
+import ufl
+
+from lobefem import _dolfinx
+from lobefem.errors import MissingDependencyError
+from lobefem.surface import lobed_cylinder
+
+
+def test_a_killed_compilation_is_cleared_away(comm, shared_path, monkeypatch):
+    """FFCx waits for a file that never comes, and says which entry of its cache is stale."""
+    surface = lobed_cylinder(1, (2, 3))
+    stale = shared_path / "libffcx_forms_0.c"
+    stale.touch()
+    real, calls = dolfinx.fem.form, []
+
+    def form(*args, **options):
+        calls.append(options)
+        if len(calls) == 1:
+            where = f"Try cleaning cache (e.g. remove {stale}) or increase timeout option."
+            raise TimeoutError(where if comm.rank == 0 else "JIT compilation failed on rank 0.")
+        return real(*args, **options)
+
+    monkeypatch.setattr(dolfinx.fem, "form", form)
+    one = dolfinx.fem.Constant(surface.mesh, 1.0)
+    assert _dolfinx.form(one * ufl.dx(surface.mesh)) is not None
+    assert len(calls) == 2
+    comm.barrier()
+    assert not stale.exists()
+
+
+def test_no_compiler_is_said_so(comm, monkeypatch):
+    surface = lobed_cylinder(1, (2, 3))
+
+    def form(*args, **options):
+        raise RuntimeError("Failed JIT compilation of form: command 'gcc' failed")
+
+    monkeypatch.setattr(dolfinx.fem, "form", form)
+    one = dolfinx.fem.Constant(surface.mesh, 1.0)
+    with pytest.raises(MissingDependencyError, match=r"command 'gcc' failed.* install gcc"):
+        _dolfinx.form(one * ufl.dx(surface.mesh))
