@@ -326,6 +326,21 @@ class Balloon:
         self._tangents[slot] = reduced
         return reduced
 
+    def held_pencil(self) -> tuple[Any, Any]:
+        """K_m and K_g of K(p) = K_m + p K_g at the reference shape, its stress proportional to p.
+
+        Collective.
+        """
+        q = self.map.create_vector()
+        self.set_loads(0.0, 0.0)
+        K_m = self.tangent(q).copy()
+        # exact at any pressure; a high one keeps the round-off of K_m's 1e9 N/m out of the difference
+        self.set_loads(1e5, 1e5)
+        K_g = self.tangent(q).copy()
+        K_g.axpy(-1.0, K_m)
+        K_g.scale(1e-5)
+        return K_m, K_g
+
     def second_variation(self, q: Any, dv: Any, dq: Any) -> float:
         """The second variation dv . K(q) dq, integrated over the film without assembling K [J]. Collective.
 

@@ -83,13 +83,7 @@ def branches(
         raise InputError(f"pressures {list(pressures)} must be finite and ascend")
     reduction = CyclicReduction(balloon)
     q = balloon.map.create_vector()
-    balloon.set_loads(0.0, 0.0)
-    K_m = balloon.tangent(q).copy()
-    high = float(np.abs(p).max()) or 1.0  # at 1 Pa K_g would drown in the round-off of the hoops in K_m
-    balloon.set_loads(high, high)
-    K_g = balloon.tangent(q).copy()
-    K_g.axpy(-1.0, K_m)
-    K_g.scale(1.0 / high)
+    K_m, K_g = balloon.held_pencil()
     M = balloon.mass(q, mass)
     found: list[Branch] = []
     for n in range(reduction.order // 2 + 1) if harmonics is None else harmonics:
