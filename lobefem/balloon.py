@@ -378,7 +378,7 @@ class Balloon:
         """Share of strain in a displacement gradient, |sym grad phi|^2/|grad phi|^2 in the film's plane.
 
         Args:
-            real: nodal displacements (nodes, 3), ghosts included.
+            real: nodal displacements (nodes, 3); ghosts are taken from their owners.
             imag: their imaginary part.
 
         Collective.
@@ -386,6 +386,7 @@ class Balloon:
         sums = np.zeros(2)
         for part in (real, imag):
             self.forms.directions[0].x.array[:] = part.ravel()
+            self.forms.directions[0].x.scatter_forward()
             sums += [fem.assemble_scalar(form) for form in self.forms.straining]
         strain, gradient = self.comm.allreduce(sums)
         return float(strain / gradient) if gradient else 0.0
