@@ -47,7 +47,7 @@ class CriticalPressure:
     harmonic: int | None = None
 
 
-def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: int = 4) -> CriticalPressure:
+def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: int = 2) -> CriticalPressure:
     """The pressure at which the held ideal geometry turns unstable: K_m phi = -p K_g phi.
 
     From a pressure p0 at which K is positive definite, K_g phi = nu K(p0) phi, nu = -1/(p - p0), is a
@@ -86,7 +86,7 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
     if p0 in (0.0, math.inf):
         return CriticalPressure(p0, None, (), divisions, harmonic)
     K_0 = _combine(K_m, p0, K_g)
-    eps = solver(K_g, K_0, count + 2, symmetric, PREFIX)
+    eps = solver(K_g, K_0, count, symmetric, PREFIX)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
     eps.setTolerances(1e-10, 2000)
     _petsc.set_direct_solver(eps.getST().getKSP(), symmetric)
@@ -107,8 +107,8 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
 
 
 def _limit(balloon: Balloon) -> float:
-    """A pressure [Pa] beyond all reason: film strains of several 1000 %."""
-    return 100 * balloon.film.Et / math.sqrt(balloon.reference_area)
+    """A pressure [Pa] beyond all reason: p R0/2 = N = 10 E t, a film strain of 1000 %."""
+    return 20 * balloon.film.Et / float(balloon.surface.shape.R0)
 
 
 def _combine(K_m: Any, p: float, K_g: Any) -> Any:
