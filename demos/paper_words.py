@@ -133,7 +133,7 @@ def _falling(paper: str, case: dict[str, Any]) -> Row:
     here = f"lowest local {values[top]:.0f} Pa/m at {pressures[top]:.0f} Pa, {values[-1]:.0f} at the end"
     falls = top < len(values) - 1 and bool((np.diff(values[top:]) < 0).all())
     if falls and top > 0:
-        return Row(paper, here, f"agrees from {pressures[top]:.0f} Pa on; below it they rise")
+        return Row(paper, here, f"only from {pressures[top]:.0f} Pa on; below it they rise")
     return Row(paper, here, _agree(falls))
 
 

@@ -13,6 +13,7 @@ the second one is that of harmonic -n.
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -219,14 +220,13 @@ class CyclicReduction:
 def _match(table: Index, keys: Index) -> Index:
     """Row of `table` nearest to each key, -1 for none; rounding may have moved a key by one."""
     result = np.full(len(keys), -1, dtype=np.int64)
-    lookup = {tuple(row): i for i, row in enumerate(table.tolist())}
-    shifts = [(a, b) for a in (0, -1, 1) for b in (0, -1, 1)]
-    for i, (z, t) in enumerate(keys.tolist()):
-        for a, b in shifts:
-            found = lookup.get((z + a, t + b))
-            if found is not None:
-                result[i] = found
-                break
+    weights = np.array([1 << 24, 1])  # one number for a pair, in the order of the table
+    codes = table @ weights
+    for shift in product((0, -1, 1), repeat=2):
+        wanted = (keys + shift) @ weights
+        at = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
+        hit = (codes[at] == wanted) & (result < 0)
+        result[hit] = at[hit]
     return result
 
 

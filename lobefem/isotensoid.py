@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -163,10 +164,11 @@ class Isotensoid:
             radius: distance R from the axis [m], any shape, positive.
         """
         checks.finite("the pressure", pressure, "Pa")
-        R = np.asarray(radius, dtype=np.float64)
+        R: Array = np.asarray(radius, dtype=np.float64)
         if not np.all(np.isfinite(R) & (R > 0.0)):
             raise InputError("a radius is not a positive number of metres; give R > 0")
-        return pressure * self.R0**2 / (2.0 * R)
+        resultant: Any = pressure * self.R0**2 / (2.0 * R)
+        return resultant
 
     def seam_tension(self, pressure: float) -> float:
         """Tension [N] of a seam's hoop, T = 2 N_phi cos(phi) R_e = p R0^2 cos(phi).
@@ -184,7 +186,7 @@ class Isotensoid:
 
     def _argument(self, s: npt.ArrayLike) -> Array:
         """Elliptic argument sqrt 2 s / R0, refused outside the lobe."""
-        a = _SQRT2 * np.asarray(s, dtype=np.float64) / self.R0
+        a: Any = _SQRT2 * np.asarray(s, dtype=np.float64) / self.R0
         if not np.all(np.abs(a) <= self._edge * (1.0 + 1e-9)):  # NaN fails too
             raise InputError(
                 f"an arc length lies outside the lobe; give -{0.5 * self.arc_length:.6g} m "

@@ -90,7 +90,9 @@ State = Annotated[
     str,
     _option("--state", "STATE", "ideal: held isotensoid (default); inflated: equilibrium.", _RUN),
 ]
-Count = Annotated[str, _option("--count", "K", "Modes a pressure, 8 by default.", _RUN)]
+Count = Annotated[
+    str, _option("--count", "K", "Modes a pressure, 8 by default; a complex pair stays whole.", _RUN)
+]
 Mass = Annotated[
     str, _option("--mass", "B", "unit: areal mass (default); nodal: identity, the paper's.", _RUN)
 ]

@@ -260,7 +260,8 @@ def mode_shapes(
     cell, head, label = width / columns, (6.0 if title else 1.0), 7.0
     side = cell * (skin.height + 2 * margin) / (2 * reach)
     row_height = label + side + cell
-    total = head + -(-len(picked) // columns) * row_height
+    foot = 4.0
+    total = head + -(-len(picked) // columns) * row_height + foot
     with rc_context(_STYLE):
         figure = Figure(figsize=(width * MM, total * MM))
         FigureCanvasAgg(figure)
@@ -280,6 +281,8 @@ def mode_shapes(
                 axes.set_axis_off()
                 _draw(axes, skin, shape, (e1, up, towards), 1 if cell > 30 else 2)
                 axes.set(xlim=(-reach, reach), ylim=limits, aspect="equal")
+        note = "dotted: undeformed; blue: one meridian; displacements exaggerated"
+        figure.text(0.5, 0.6 / total, note, ha="center", va="bottom", fontsize=5.5, color="0.35")
     return figure
 
 

@@ -228,7 +228,8 @@ def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float) -> Mode:
     """What is said of an eigenvector in q of relative residual `error`. Collective."""
     real, imag = balloon.displacement_of(q, pair.x), balloon.displacement_of(q, pair.y)
     scale = balloon.largest(real + 1j * imag)
-    real, imag = real / scale, imag / scale
+    real /= scale
+    imag /= scale
     power = spectrum(balloon, real, imag)
     strongest = np.argsort(-power)
     harmonics = tuple(int(n) for n in strongest if power[n] >= 0.1)

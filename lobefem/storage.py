@@ -54,7 +54,7 @@ class Snapshot:
         balloon: the balloon that it is of.
         pressure: [Pa], the time of an animation.
         state: its displacement and stress are drawn, None for the shape as designed.
-        modes: drawn as mode_1, mode_2, ... with the imaginary part of complex ones.
+        modes: drawn as mode_1, mode_2, ..., with imaginary parts if one of a run's is complex.
     """
 
     balloon: Balloon
@@ -228,10 +228,11 @@ def _save_fields(folder: Path, snapshots: Sequence[Snapshot]) -> None:
         replace(folder / "fields.xdmf", text)
 
     try:
+        imaginary = any(mode.value.imag for snapshot in snapshots for mode in snapshot.modes)
         with XDMFFile(comm, str(hidden / "fields.xdmf"), "w") as file:
             file.write_mesh(mesh)
             for step, snapshot in enumerate(snapshots):
-                for function in _functions(snapshot):
+                for function in _functions(snapshot, imaginary):
                     file.write_function(function, float(step))
         on_root(comm, folder, publish)
     finally:
@@ -239,7 +240,7 @@ def _save_fields(folder: Path, snapshots: Sequence[Snapshot]) -> None:
             shutil.rmtree(hidden, ignore_errors=True)
 
 
-def _functions(snapshot: Snapshot) -> list[Any]:
+def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:
     balloon = snapshot.balloon
     found = []
     if snapshot.state is not None:
@@ -249,7 +250,7 @@ def _functions(snapshot: Snapshot) -> list[Any]:
         found.append(stress)
     for k, mode in enumerate(snapshot.modes, 1):
         found.append(_nodal(balloon, f"mode_{k}", mode.displacement))
-        if mode.value.imag != 0.0:
+        if imaginary:  # for all or for none: readers keep a field that a later step lacks
             found.append(_nodal(balloon, f"mode_{k}_imag", mode.displacement_imag))
     lobes = fem.Function(fem.functionspace(balloon.mesh, ("DG", 0)), name="lobe")
     cells = balloon.surface.lobes.indices

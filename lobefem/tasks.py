@@ -28,6 +28,10 @@ _MESH_DEPENDENT = (
     "the critical pressure of film with fixed wrinkles is a property of the mesh: it tends to 0 "
     "under refinement, so compare several --divisions"
 )
+_VERDICT = (
+    "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
+    "unstable at any; see lobefem critical with several --divisions"
+)
 _KINK = (
     "the ideal state of tension-field film lies on the border of taut and wrinkled, where its "
     "tangent jumps; set film.hoop_slack above 0 to choose the wrinkled one"
@@ -106,6 +110,8 @@ def modes(
     """
     _check_state(state, design)
     results = _summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
+    if design.film.law == "fixed-wrinkles":
+        results["warnings"].append(_VERDICT)
     if state == "ideal" and design.film.law == "tension-field" and not design.film.hoop_slack:
         results["warnings"].append(_KINK)
     outcome = Outcome(results)
