@@ -98,7 +98,7 @@ class RunFolder:
     """
 
     def __init__(self, path: str | Path, comm: Any, *, overwrite: bool = False) -> None:
-        self.path, self.comm = Path(path), comm
+        self.path, self.comm, self.overwrite = Path(path), comm, overwrite
         on_root(comm, self.path, lambda: self._check(overwrite))
 
     def _check(self, overwrite: bool) -> None:
@@ -126,6 +126,15 @@ class RunFolder:
 
         def start() -> None:
             self.path.mkdir(parents=True, exist_ok=True)
+            if not self.overwrite:
+                # of two runs into one folder at the same time the first one to end has it
+                try:
+                    (self.path / "design.toml").touch(exist_ok=False)
+                except FileExistsError:
+                    raise InputError(
+                        f"another run has filled '{self.path}' meanwhile; give another --out, or --overwrite"
+                    ) from None
+                self.overwrite = True  # it is ours from here on
             for name in _FILES:
                 (self.path / name).unlink(missing_ok=True)
             replace(self.path / "design.toml", design)

@@ -194,6 +194,19 @@ def test_a_folder_in_use_is_refused_unless_overwritten(comm, shared_path):
     assert {p.name for p in path.iterdir()} == {"design.toml", "results.json"}
 
 
+def test_of_two_runs_into_one_folder_the_first_to_end_has_it(comm, shared_path):
+    path = shared_path / "run"
+    first, second = RunFolder(path, comm), RunFolder(path, comm)
+    first.save("x = 1\n", {"a": 1}, [])
+    with pytest.raises(InputError, match=r"another run has filled '.*run' meanwhile; give another --out"):
+        second.save("y = 2\n", {"a": 2}, [])
+    assert (path / "design.toml").read_text() == "x = 1\n"
+    assert json.loads((path / "results.json").read_text())["a"] == 1
+    comm.Barrier()
+    first.save("x = 3\n", {"a": 3}, [])  # the run itself may save again
+    assert (path / "design.toml").read_text() == "x = 3\n"
+
+
 def test_nothing_is_made_before_there_is_something_to_write(comm, shared_path):
     RunFolder(shared_path / "run", comm)
     assert not (shared_path / "run").exists()
