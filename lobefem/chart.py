@@ -80,6 +80,7 @@ def harmonic_chart(
     balloon: Balloon,
     harmonics: Iterable[int] | None = None,
     *,
+    comm: Any = None,
     progress: Callable[[str], None] | None = None,
 ) -> HarmonicChart:
     """The critical pressure of each harmonic, dealt out to the ranks. Collective.
@@ -87,6 +88,7 @@ def harmonic_chart(
     Args:
         balloon: prestressed, on a structured surface or on one sector of it (`sector=True`).
         harmonics: which; by default all that the mesh has, 0 to N/2.
+        comm: the ranks that share the work (default: the whole balloon's, all of them for a sector).
         progress: called with a line of text for each harmonic of this rank.
 
     Raises:
@@ -100,7 +102,8 @@ def harmonic_chart(
         raise InputError("no harmonics are given; leave them out for all")
     for n in chosen:
         sector.check(n)
-    comm = MPI.COMM_WORLD if balloon.surface.copies != 1 else balloon.comm
+    if comm is None:
+        comm = MPI.COMM_WORLD if balloon.surface.copies != 1 else balloon.comm
     pencils = sector_pencil(sector)
     found: dict[int, tuple[float, str, float]] = {}
     fault: LobefemError | None = None
@@ -108,7 +111,7 @@ def harmonic_chart(
     try:
         for n in chosen[comm.rank :: comm.size]:
             if progress is not None:
-                progress(f"harmonic {n} of {len(chosen)}")
+                progress(f"critical pressure of harmonic {n}, to {max(chosen)}")
             one = HeldPencil(sector, n, pencils).solve(1, hint)
             hint = one.pressures[0] if math.isfinite(one.pressures[0]) else None
             kind = ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import sys
 import time
@@ -105,7 +106,12 @@ def show(results: dict[str, Any]) -> None:
 
     # as wide as the table wants where no terminal sets a limit
     console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 120, highlight=False)
-    table = {"inflate": _inflate_table, "modes": _modes_table, "critical": _critical_table}
+    table = {
+        "inflate": _inflate_table,
+        "modes": _modes_table,
+        "critical": _critical_table,
+        "harmonics": _harmonics_table,
+    }
     console.print(_caption(results))
     console.print(table[results["command"]](results))
 
@@ -116,6 +122,8 @@ def _caption(results: dict[str, Any]) -> str:
         title = f"Equilibrium at {results['pressure']:g} Pa"
     elif results["command"] == "modes":
         title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
+    elif results["command"] == "harmonics":
+        title = "Critical pressure of each harmonic, ideal state"
     else:
         title = "Critical pressure of the ideal state"
     lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
@@ -186,4 +194,17 @@ def _critical_table(results: dict[str, Any]) -> Any:
     else:
         pressure = f"{results['critical_pressure']:.6g}"
         table.add_row(pressure, str(results["harmonic"]), results["kind"])
+    return table
+
+
+def _harmonics_table(results: dict[str, Any]) -> Any:
+    table = _table("harmonic", "pressure [Pa]", "kind", "residual", "lowest")
+    for row in results["chart"]:
+        pressure = row["critical_pressure"]
+        said = "never unstable" if math.isinf(pressure) else f"{pressure:.6g}"
+        if pressure == 0:
+            said = "unstable at any"
+        error = f"{row['residual']:.0e}" if row["kind"] else ""
+        first = "<--" if row["harmonic"] == results["harmonic"] and row["kind"] else ""
+        table.add_row(str(row["harmonic"]), said, row["kind"], error, first)
     return table

@@ -14,9 +14,11 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 from xml.etree import ElementTree
 
@@ -43,6 +45,7 @@ __all__ = [
 ]
 
 Array = npt.NDArray[np.float64]
+_FIGURES = ("critical_pressures.png", "mesh_study.png", "eigenvalues.png", "history.png")
 _FILES = ("design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz")
 
 
@@ -112,13 +115,20 @@ class RunFolder:
         else:
             require_writable(next(p for p in path.absolute().parents if p.exists()))
 
-    def save(self, design: str, results: dict[str, Any], snapshots: Sequence[Snapshot] = ()) -> None:
+    def save(
+        self,
+        design: str,
+        results: dict[str, Any],
+        snapshots: Sequence[Snapshot] = (),
+        figures: Mapping[str, Callable[[], Any]] = MappingProxyType({}),
+    ) -> None:
         """Write all of a run; earlier files of ours go first. Collective.
 
         Args:
             design: the design as TOML.
             results: what --json holds.
             snapshots: what ParaView shows; the last state among them is kept to go on from.
+            figures: by file name, what makes each Matplotlib figure; called on rank 0.
 
         Raises:
             InputError: the file system refuses.
@@ -135,7 +145,7 @@ class RunFolder:
                         f"another run has filled '{self.path}' meanwhile; give another --out, or --overwrite"
                     ) from None
                 self.overwrite = True  # it is ours from here on
-            for name in _FILES:
+            for name in (*_FILES, *_FIGURES):
                 (self.path / name).unlink(missing_ok=True)
             replace(self.path / "design.toml", design)
 
@@ -145,7 +155,15 @@ class RunFolder:
             save_state(self.path / "state.npz", states[-1])
         if snapshots:
             _save_fields(self.path, snapshots)
+        for name, draw in figures.items():
+            assert name in _FIGURES  # else --overwrite would leave it behind
+            on_root(self.comm, self.path / name, partial(_save_figure, self.path / name, draw))
         save_json(self.path / "results.json", results, self.comm)
+
+
+def _save_figure(path: Path, draw: Callable[[], Any]) -> None:
+    with replacing(path) as stream:
+        draw().savefig(stream, format=path.suffix[1:])
 
 
 # --- states -------------------------------------------------------------------------------------
