@@ -193,6 +193,20 @@ def harmonics(
     _run(context, lambda plan, progress: _tasks().harmonics(plan, harmonics=chosen, progress=progress))
 
 
+@app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
+def doctor(context: typer.Context) -> int:
+    """Does this installation work, part by part; what to do about what does not. Exit code 1 if so."""
+    from lobefem.console import show_findings
+    from lobefem.doctor import examine
+
+    ranks = context.obj
+    with progress_line(ranks) as progress:
+        findings = examine(progress)
+    if ranks.is_root:
+        show_findings(findings)
+    return 0 if all(finding.fine for finding in findings) else 1
+
+
 # --- running ------------------------------------------------------------------------------------
 
 

@@ -7,11 +7,11 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
-__all__ = ["Ranks", "progress_line", "show", "stdout_to_stderr"]
+__all__ = ["Ranks", "progress_line", "show", "show_findings", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -208,3 +208,16 @@ def _harmonics_table(results: dict[str, Any]) -> Any:
         first = "<--" if row["harmonic"] == results["harmonic"] and row["kind"] else ""
         table.add_row(str(row["harmonic"]), said, row["kind"], error, first)
     return table
+
+
+def show_findings(findings: Sequence[Any]) -> None:
+    """Print what `lobefem doctor` found on stdout."""
+    from rich.console import Console
+
+    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 120, highlight=False)
+    for finding in findings:
+        mark = "[green]ok  [/green]" if finding.fine else "[bold red]FAIL[/bold red]"
+        console.print(f"{mark} {finding.name:16}", end="")
+        console.print(finding.found, markup=False)
+        if finding.advice:
+            console.print(f"{'':21}-> {finding.advice}", markup=False)
