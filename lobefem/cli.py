@@ -11,7 +11,7 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -289,13 +289,14 @@ def _run(context: typer.Context, task: Callable[[Design, Callable[[str], None] |
             folder = storage.RunFolder(given["out"], comm, overwrite=given["overwrite"])
         if given["json"] and not to_stdout:
             _files.check_file(given["json"], comm)
-        try:
-            with _petsc_options(given.get("petsc")):
-                outcome = task(design, progress)
-        except KeyboardInterrupt:
-            raise _Interrupted from None
-        if folder is not None:
-            folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
+        with folder or nullcontext():
+            try:
+                with _petsc_options(given.get("petsc")):
+                    outcome = task(design, progress)
+            except KeyboardInterrupt:
+                raise _Interrupted from None
+            if folder is not None:
+                folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
         if given["json"] and not to_stdout:
             _files.save_json(given["json"], outcome.results, comm)
     if ranks.is_root:
