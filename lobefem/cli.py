@@ -278,6 +278,7 @@ def _run(context: typer.Context, task: Callable[[Design, Callable[[str], None] |
     to_stdout = given["json"] == "-"
     with stdout_to_stderr(to_stdout), progress_line(ranks) as progress:
         from lobefem import _files, storage
+        from lobefem.provenance import provenance
 
         # isort: split
         from mpi4py import MPI
@@ -295,6 +296,7 @@ def _run(context: typer.Context, task: Callable[[Design, Callable[[str], None] |
                     outcome = task(design, progress)
             except KeyboardInterrupt:
                 raise _Interrupted from None
+            outcome.results["versions"] = provenance(comm)
             if folder is not None:
                 folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
         if given["json"] and not to_stdout:

@@ -22,6 +22,7 @@ from lobefem.storage import Snapshot
 
 __all__ = ["STATES", "Outcome", "critical", "harmonics", "inflate", "modes"]
 
+SCHEMA = 1  # of the results; a change that a reader must know of raises it
 STATES = ("ideal", "inflated")
 Progress = Callable[[str], None]
 
@@ -284,6 +285,7 @@ def _summary(command: str, design: Design) -> dict[str, Any]:
     if design.film.law == "isotropic" and design.film.slack_stiffness:
         warnings.append(_NO_SLACK)
     return {
+        "schema": SCHEMA,
         "command": command,
         "version": lobefem.__version__,
         "film": design.film.law,

@@ -215,13 +215,16 @@ def test_the_run_folder_repeats_the_run(lobefem_json, shared_path, comm):
     results, code = lobefem_json(*arguments, "--out", folder)
     assert code == 0
     assert json.loads((folder / "results.json").read_text()) == results
+    assert results["versions"]["lobefem"] == lobefem.__version__
+    assert results["versions"]["ranks"] == comm.size
+    assert "modes at 1000 Pa" in (folder / "log.txt").read_text()
     written = Design.load(folder / "design.toml")
     assert (written.shape.lobes, written.pressure.load) == (2, "closed")
     assert written.mesh.divisions == (6, 10)
     again, _ = lobefem_json("modes", folder / "design.toml", "--count", "2")
     one, other = ([m["real"] for m in r["pressures"][0]["modes"]] for r in (results, again))
     assert one == pytest.approx(other, rel=1e-9)
-    names = {"design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz"}
+    names = {"design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz", "log.txt"}
     assert {p.name for p in folder.iterdir()} == names
 
 
