@@ -107,8 +107,9 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
 
 
 def _limit(balloon: Balloon) -> float:
-    """A pressure [Pa] beyond all reason: p R0/2 = N = 10 E t, a film strain of 1000 %."""
-    return 20 * balloon.film.Et / float(balloon.surface.shape.R0)
+    """A pressure [Pa] beyond all reason: N_phi = 10 E t at the equator, a film strain of 1000 %."""
+    shape = balloon.surface.shape
+    return 10 * balloon.film.Et / float(shape.meridional_resultant(1.0, shape.R0))
 
 
 def _combine(K_m: Any, p: float, K_g: Any) -> Any:
