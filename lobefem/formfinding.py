@@ -42,6 +42,8 @@ class Form:
         Et: membrane stiffness of the forming film [N/m].
         shape: the lobe without hoop stress that lies nearest to the film's nodes.
         distance: largest distance of a node from the point of `shape` where it belongs [m].
+        rings: mean distance from the axis and height above mid-height of the nodes of each ring, from
+            the bottom rim, (rings, 2) [m].
         s: arc lengths of the rows of cells from the equator of `shape` (rows,) [m].
         N_phi: mean true meridional resultant of the film in each row (rows,) [N/m].
         N_theta: the same in the hoop direction.
@@ -51,6 +53,7 @@ class Form:
     Et: float
     shape: FormedLobe
     distance: float
+    rings: Array = field(repr=False)
     s: Array = field(repr=False)
     N_phi: Array = field(repr=False)
     N_theta: Array = field(repr=False)
@@ -129,7 +132,7 @@ def find_form(
     start = placed_state(balloon, X * [1.0, 1.0, 0.0] * (bulge / radius)[:, None])
     state = inflate(balloon, pressure, start=start, progress=progress)
     rows = surface.divisions[0]
-    shape, distance = _nearest_lobe(state, rows * balloon.order, expected)
+    shape, distance, rings = _nearest_lobe(state, rows * balloon.order, expected)
     if distance > _FAR * shape.R0:
         raise ConvergenceError(
             f"the film at {pressure:g} Pa lies up to {distance:.3g} m off every lobe without hoop stress; "
@@ -138,11 +141,11 @@ def find_form(
             distance=distance,
         )
     s, (N,) = shape.stations(rows), row_means(state)
-    return Form(state, Et, shape, distance, (s[1:] + s[:-1]) / 2, N[:, 0].copy(), N[:, 1].copy())
+    return Form(state, Et, shape, distance, rings, (s[1:] + s[:-1]) / 2, N[:, 0].copy(), N[:, 1].copy())
 
 
-def _nearest_lobe(state: Equilibrium, steps: int, first: FormedLobe) -> tuple[FormedLobe, float]:
-    """The lobe of the family, between the same rims, that lies nearest to the nodes, and how near.
+def _nearest_lobe(state: Equilibrium, steps: int, first: FormedLobe) -> tuple[FormedLobe, float, Array]:
+    """The lobe of the family, between the same rims, that lies nearest to the nodes; how near; the rings.
 
     The fibres' stretch is uniform, so the nodes of a ring belong at equal steps of arc length. The sum
     of their squared distances has one unknown, m, for which `first` is the first guess.
@@ -173,7 +176,7 @@ def _nearest_lobe(state: Equilibrium, steps: int, first: FormedLobe) -> tuple[Fo
     fit = least_squares(misses, [first.m], xtol=1e-12)
     shape = lobe_of(float(fit.x[0]))
     off = np.linalg.norm(found - points(shape)[ring], axis=1).max(initial=0.0)
-    return shape, float(balloon.comm.allreduce(off, op=MPI.MAX))
+    return shape, float(balloon.comm.allreduce(off, op=MPI.MAX)), means
 
 
 def row_means(state: Equilibrium) -> Array:
