@@ -45,7 +45,7 @@ class Form:
         rings: mean distance from the axis and height above mid-height of the nodes of each ring, from
             the bottom rim, (rings, 2) [m].
         s: arc lengths of the rows of cells from the equator of `shape` (rows,) [m].
-        N_phi: mean true meridional resultant of the film in each row (rows,) [N/m].
+        N_phi: mean true meridional resultant of the forming film in each row (rows,) [N/m].
         N_theta: the same in the hoop direction.
     """
 

@@ -151,7 +151,9 @@ def lobed_cylinder(
     if shape is None:
         shape = Isotensoid.from_edge_radius()
     if not isinstance(shape, Lobe):
-        raise InputError(f"shape is {shape!r}; give an Isotensoid or None for the paper's design")
+        raise InputError(
+            f"shape is {shape!r}; give an Isotensoid, a FormedLobe, or None for the paper's design"
+        )
     return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, layout, size, comm)
 
 
