@@ -25,6 +25,7 @@ import lobefem._dolfinx  # noqa: F401  first: it finds the stack
 from mpi4py import MPI
 
 from lobefem import critical_pressure, find_modes, ideal_state
+from lobefem.branches import Branch
 from lobefem.critical import CriticalPressure
 from lobefem.design import Design
 from lobefem.errors import LobefemError
@@ -32,7 +33,7 @@ from lobefem.plotting import eigenvalue_curves, mode_shapes
 from lobefem.rendering import can_render, render_modes
 from lobefem.stability import Modes
 from lobefem.storage import RunFolder, Snapshot, save_json
-from lobefem.sweep import Branch, branches
+from lobefem.sweep import branches
 
 sys.path.insert(0, str(Path(__file__).parent))
 from paper_words import CASES, Row, compare, to_markdown

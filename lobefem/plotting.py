@@ -16,10 +16,10 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from lobefem._skin import Skin, facing, gather, normals, outline, polygons
+from lobefem.branches import Branch
 from lobefem.critical import CriticalPressure
 from lobefem.errors import InputError
 from lobefem.stability import Mode, Modes
-from lobefem.sweep import Branch
 
 __all__ = ["chosen_modes", "drawn_amplitude", "eigenvalue_curves", "mode_shapes"]
 
