@@ -15,6 +15,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Balloon": "balloon",
     "Cords": "cables",
+    "CriticalPoint": "tracing",
     "CriticalPressure": "critical",
     "EndPlates": "plates",
     "Equilibrium": "equilibrium",
@@ -27,12 +28,15 @@ _HOME = {
     "Modes": "stability",
     "Surface": "surface",
     "TensionField": "films",
+    "Trace": "tracing",
+    "critical_point": "tracing",
     "critical_pressure": "critical",
     "cylinder": "surface",
     "find_modes": "stability",
     "ideal_state": "equilibrium",
     "inflate": "equilibrium",
     "lobed_cylinder": "surface",
+    "trace": "tracing",
 }
 
 __all__ = [*_HOME, "__version__"]
@@ -48,6 +52,7 @@ if TYPE_CHECKING:
     from lobefem.plates import EndPlates
     from lobefem.stability import Modes, find_modes
     from lobefem.surface import Surface, cylinder, lobed_cylinder
+    from lobefem.tracing import CriticalPoint, Trace, critical_point, trace
 
 
 def __getattr__(name: str) -> Any:
