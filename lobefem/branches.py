@@ -1,7 +1,7 @@
 """Eigenvalues followed from pressure to pressure by what their modes look like.
 
 The k-th lowest eigenvalue is no curve: where two cross, the order swaps and the modes do not. So each
-mode goes on as the one most like it: likeness is the modal assurance criterion |a* M b|^2 of modes of
+mode goes on as the one most like it: likeness is the modal assurance criterion (a.M b)^2 of modes of
 length 1 (Allemang 2003), M the mass. (Nearly) equal eigenvalues leave the vectors in their eigenspace
 undetermined, so there the likeness is that to the whole space, |P a|^2, the squared cosine of the
 angle between them, and what goes on is the space's own basis turned to the former vectors.
@@ -23,10 +23,9 @@ from lobefem.stability import Modes
 __all__ = ["Branch", "follow", "unclear"]
 
 Array = npt.NDArray[np.float64]
-Complex = npt.NDArray[np.complex128]
 
-# an angle of 60 degrees; modes of a symmetric tangent are orthogonal, so no two can claim one at 45
-_LEAST = 0.25
+# an angle of 45 degrees: modes of a symmetric tangent are orthogonal, so no two can claim one
+_LEAST = 0.5
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,8 @@ class Branch:
     Attributes:
         kind: "sway", "twist", "global" or "local", as of `Mode`; that of most of its modes.
         harmonic: n, likewise.
-        rank: 0 for the lowest branch of its symmetry where it begins, and so on.
+        rank: 0 for the lowest branch of its kind and harmonic where it begins, and so on; those over
+            less than half of the pressures come last.
         pressures: ascending, shape (points,) [Pa].
         values: real parts of lambda, shape (points,) [Pa/m with unit mass, N/m with nodal mass].
         members: at each pressure the indices in `Modes` of its modes; none if not made from `Modes`.
@@ -53,7 +53,7 @@ class Branch:
 
     @property
     def name(self) -> str:
-        """Such as "sway, n = 1"; "(2)" marks the second branch of a symmetry."""
+        """Such as "sway, n = 1"; "(2)" marks the second one of its kind."""
         return f"{self.kind}, n = {self.harmonic}" + (f" ({self.rank + 1})" if self.rank else "")
 
 
@@ -82,10 +82,10 @@ def follow(sweep: Sequence[Modes]) -> list[Branch]:
     """
     tracks: list[_Track] = []
     active: list[_Track] = []
-    vectors: Complex = np.zeros((0, 0), dtype=complex)
+    vectors: Array = np.zeros((0, 0))
     for modes in sorted(sweep, key=lambda m: m.state.pressure):
         spaces = _spaces(modes)
-        found: list[tuple[_Track, Complex]] = []
+        found: list[tuple[_Track, Array]] = []
         taken = _match(modes, vectors, spaces)
         for k, space in enumerate(spaces):
             before = [(i, likeness) for i, (at, likeness) in taken.items() if at == k]
@@ -95,7 +95,7 @@ def follow(sweep: Sequence[Modes]) -> list[Branch]:
                 way.likeness = min(way.likeness, likeness)
             new = [_Track() for _ in range(basis.shape[1] - continued)]
             tracks += new
-            share = np.abs(_inner(modes, space.fields, basis)) ** 2
+            share = _inner(modes, space.fields, basis) ** 2
             for member, way_at in zip(*linear_sum_assignment(share, maximize=True), strict=True):
                 _put([*ways, *new][way_at], modes, space.members[member])
             found += zip([*ways, *new], basis.T, strict=True)
@@ -124,34 +124,33 @@ class _Space:
     """An eigenspace: indices of its modes, those as columns of length 1, and an orthonormal basis."""
 
     members: tuple[int, ...]
-    fields: Complex
-    basis: Complex
+    fields: Array
+    basis: Array
 
 
-def _fields(modes: Modes) -> Complex:
-    """Nodal displacements that this rank owns, one column a mode."""
+def _fields(modes: Modes) -> Array:
+    """Nodal displacements that this rank owns, one column a mode; of conjugates x + i y, x and y."""
     owned = 3 * modes.state.balloon.V.dofmap.index_map.size_local
-    columns = [(m.displacement + 1j * m.displacement_imag).ravel()[:owned] for m in modes.modes]
-    return np.array(columns, dtype=complex).T
+    columns = [m.displacement if m.value.imag >= 0 else m.displacement_imag for m in modes.modes]
+    return np.array([column.ravel()[:owned] for column in columns]).T
 
 
-def _inner(modes: Modes, a: Complex, b: Complex) -> Complex:
-    """a* M b with the mass of the modes. Collective."""
+def _inner(modes: Modes, a: Array, b: Array) -> Array:
+    """a^T M b with the mass of the modes. Collective."""
     balloon = modes.state.balloon
     weighted = b.copy()
     if modes.mass == "unit":
         M = balloon.mass_matrix()
         x, y = M.createVecs()
         for column in weighted.T:
-            for part in (column.real, column.imag):
-                x.array[:] = part
-                M.mult(x, y)
-                part[:] = y.array_r
-    return balloon.comm.allreduce(a.conj().T @ weighted)
+            x.array[:] = column
+            M.mult(x, y)
+            column[:] = y.array_r
+    return balloon.comm.allreduce(a.T @ weighted)
 
 
-def _normed(modes: Modes, fields: Complex) -> Complex:
-    return fields / np.sqrt(np.diag(_inner(modes, fields, fields)).real)
+def _normed(modes: Modes, fields: Array) -> Array:
+    return fields / np.sqrt(np.diag(_inner(modes, fields, fields)))
 
 
 def _spaces(modes: Modes) -> list[_Space]:
@@ -175,21 +174,21 @@ def _spaces(modes: Modes) -> list[_Space]:
         columns = fields[:, group]
         power, turn = np.linalg.eigh(_inner(modes, columns, columns))
         # the orthonormal basis nearest to the modes
-        basis = columns @ (turn / np.sqrt(power)) @ turn.conj().T
+        basis = columns @ (turn / np.sqrt(power)) @ turn.T
         result.append(_Space(tuple(group), columns, basis))
     return result
 
 
-def _likeness(modes: Modes, vectors: Complex, spaces: Sequence[_Space]) -> Array:
+def _likeness(modes: Modes, vectors: Array, spaces: Sequence[_Space]) -> Array:
     """|P a|^2 of each vector (rows) in each space (columns). Collective."""
     if not vectors.shape[1]:
         return np.zeros((0, len(spaces)))
-    parts = np.abs(_inner(modes, np.hstack([s.basis for s in spaces]), vectors)) ** 2
+    parts = _inner(modes, np.hstack([s.basis for s in spaces]), vectors) ** 2
     starts = np.cumsum([0] + [len(s.members) for s in spaces[:-1]])
     return np.add.reduceat(parts, starts, axis=0).T
 
 
-def _match(modes: Modes, vectors: Complex, spaces: Sequence[_Space]) -> dict[int, tuple[int, float]]:
+def _match(modes: Modes, vectors: Array, spaces: Sequence[_Space]) -> dict[int, tuple[int, float]]:
     """Space and likeness of each former vector that goes on; a space takes as many as it has modes."""
     likeness = _likeness(modes, vectors, spaces)
     places = np.repeat(np.arange(len(spaces)), [len(s.members) for s in spaces])
@@ -200,7 +199,7 @@ def _match(modes: Modes, vectors: Complex, spaces: Sequence[_Space]) -> dict[int
     return {i: pair for i, pair in pairs.items() if pair[1] >= _LEAST}
 
 
-def _turned(modes: Modes, space: _Space, former: Complex) -> tuple[Complex, int]:
+def _turned(modes: Modes, space: _Space, former: Array) -> tuple[Array, int]:
     """The space's basis turned to the former vectors as far as those go, and their number. Collective."""
     count = former.shape[1]
     if not count:
@@ -233,7 +232,8 @@ def _branches(tracks: Sequence[_Track]) -> list[Branch]:
                 break
         else:
             groups.append([track])
-    groups.sort(key=lambda g: (g[0].pressures[0], g[0].values[0].real))
+    longest = max((len(t.pressures) for t in tracks), default=0)
+    groups.sort(key=lambda g: (2 * len(g[0].pressures) < longest, g[0].pressures[0], g[0].values[0].real))
     ranks: Counter[Any] = Counter()
     result = []
     for group in groups:
@@ -243,19 +243,18 @@ def _branches(tracks: Sequence[_Track]) -> list[Branch]:
         for track in group:
             for pressure, member in zip(track.pressures, track.members, strict=True):
                 at[pressure].append(member)
-        symmetry = (harmonic, kind == "twist")
         result.append(
             Branch(
                 kind,
                 harmonic,
-                ranks[symmetry],
+                ranks[kind, harmonic],
                 np.array(first.pressures),
                 np.array([v.real for v in first.values]),
                 tuple(tuple(sorted(members)) for members in at.values()),
                 min(track.likeness for track in group),
             )
         )
-        ranks[symmetry] += 1
+        ranks[kind, harmonic] += 1
     return sorted(result, key=lambda b: (b.kind, b.harmonic, b.rank))
 
 

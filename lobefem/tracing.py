@@ -74,7 +74,7 @@ class CriticalPoint:
         projection: share of the load f = dr/dp in the critical mode, |z.f|/(|z| |f|), z the left null
             vector (the mode itself where the tangent is symmetric), lengths by mass: |z|^2 = z.Bz and
             |f|^2 = f.B^-1 f. It depends neither on the mesh nor on the units of the plates' rotations.
-        state: a state of the bracket, or the last one.
+        state: that of the bracket's unstable end; the last one at a limit point or without any.
         bracket: a stable pressure and one that is unstable or has no equilibrium nearby [Pa].
         visited: (pressure [Pa], lowest real part of lambda) in the order in which they were found.
         divisions: (along a lobe, around) of the mesh, None on an unstructured one.
@@ -165,10 +165,11 @@ def critical_point(
     """The first pressure along a path at which stability is lost.
 
     From a stable state at `start` the pressure grows by a factor until the lowest eigenvalue (of the
-    smallest real part; its sign is proved by inertia) is negative. Its zero is then found by Brent's
-    method. Where instead the path ends, or jumps far beyond its own tangent to another equilibrium,
-    the end is bracketed by halving, and it is a limit point on two pieces of evidence: lambda^2 goes
-    to zero there in proportion to the pressure, as at a fold, and the load has a share in the mode.
+    smallest real part; its sign is proved by inertia) is negative. The zero of that mode's eigenvalue
+    is then found by Brent's method. Where instead the path ends, or jumps far beyond its own tangent
+    to another equilibrium, the end is bracketed by halving. It is a limit point on two pieces of
+    evidence: lambda^2 goes to zero there in proportion to the pressure, as at a fold, and the load has
+    a share in the mode.
 
     Args:
         balloon: prestressed for the ideal state.
@@ -256,24 +257,31 @@ class _Path:
     def crossing(self, low: Modes, high: Modes) -> CriticalPoint:
         """The zero of the lowest eigenvalue between a stable and an unstable state. Collective."""
         known = {m.state.pressure: m for m in (low, high)}
+        critical = high
 
-        def lowest(p: float) -> float:
+        def value(p: float) -> float:
+            """Of the critical branch: the lowest eigenvalue, or the critical mode's Rayleigh quotient.
+
+            Where the state is stable the lowest may be that of another branch.
+            """
+            nonlocal critical
             if p not in known:
-                below = max(
-                    (m for m in known.values() if m.stable and abs(m.state.pressure) < abs(p)),
-                    key=lambda m: abs(m.state.pressure),
-                )
-                known[p] = self.modes(_state(self.balloon, self.state, p, below.state, self.progress))
-            return known[p][0].value.real
+                below = max((k for k, m in known.items() if m.stable), key=abs)
+                known[p] = self.modes(_state(self.balloon, self.state, p, known[below].state, self.progress))
+            modes = known[p]
+            lowest = modes[0].value.real
+            if lowest < 0:
+                critical = modes
+                return lowest
+            return max(lowest, _rayleigh(modes.state, critical[0].displacement))
 
         a, b = low.state.pressure, high.state.pressure
-        brentq(lowest, a, b, xtol=1e-12 * abs(a), rtol=self.rtol / 4)
+        brentq(value, a, b, xtol=1e-12 * abs(a), rtol=self.rtol / 4)
         a = max((p for p, m in known.items() if m.stable), key=abs)
         b = min((p for p, m in known.items() if not m.stable), key=abs)
-        # the secant of its last bracket is nearer than Brent's own result, which is one of the ends
-        above, below = lowest(a), lowest(b)
-        zero = a + (b - a) * above / (above - below)
-        return self._record(zero, known[a if above < -below else b], (a, b))
+        # Brent's own result is one of the last bracket's ends; its secant is nearer
+        down, up = value(b), value(a)
+        return self._record(a + (b - a) * up / (up - down), known[b], (a, b))
 
     def fold(self, low: Modes, end: float) -> CriticalPoint:
         """A limit point between the last state and the path's end, if it is one. Collective."""
@@ -351,6 +359,32 @@ def _length(balloon: Balloon, displacement: Array) -> float:
     return math.sqrt(max(x.dot(y), 0.0))
 
 
+def _weighted(state: Equilibrium, q: Any, displacement: Array) -> Any:
+    """J^T M u of nodal displacements: B dq where they are u = J dq. Collective."""
+    balloon = state.balloon
+    M = balloon.mass_matrix()
+    w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
+    x, y = M.createVecs()
+    x.array[:] = displacement.ravel()[: x.getLocalSize()]
+    M.mult(x, y)
+    reduced = q.duplicate()
+    balloon.map.jacobian(w, dw).multTranspose(y, reduced)
+    return reduced
+
+
+def _rayleigh(state: Equilibrium, displacement: Array) -> float:
+    """phi.K phi/phi.B phi of nodal displacements at a state. Collective."""
+    q = state.activate()
+    B = state.balloon.mass(q)
+    inverse = _factor(B, True)
+    weighted = _weighted(state, q, displacement)
+    phi = q.duplicate()
+    inverse.solve(weighted, phi)
+    inverse.destroy()
+    B.destroy()
+    return state.balloon.second_variation(q, phi, phi) / phi.dot(weighted)
+
+
 def _jumped(before: Equilibrium, after: Equilibrium) -> bool:
     """Whether a step went much further than the tangent K dq/dp = -dr/dp says. Collective."""
     balloon = before.balloon
@@ -371,22 +405,17 @@ def _load_share(modes: Modes) -> float:
     balloon = state.balloon
     q = state.activate()
     f = _load_rate(state, q)
-    K, B, M = balloon.tangent(q), balloon.mass(q), balloon.mass_matrix()
-    w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
-    J = balloon.map.jacobian(w, dw)
+    K, B = balloon.tangent(q), balloon.mass(q)
     ksp = _factor(K, modes.symmetric)
     solve: Callable[[Any, Any], None] = ksp.solve if modes.symmetric else ksp.solveTranspose
     inverse = _factor(B, True)
-    x, y = M.createVecs()
-    z, Bz, g = q.duplicate(), q.duplicate(), q.duplicate()
+    z, g = q.duplicate(), q.duplicate()
     inverse.solve(f, g)
     size, share = math.sqrt(f.dot(g)), 0.0
     for part in (mode.displacement, mode.displacement_imag):
-        x.array[:] = part.ravel()[: x.getLocalSize()]
-        if x.norm() == 0.0 or size == 0.0:
+        Bz = _weighted(state, q, part)
+        if Bz.norm() == 0.0 or size == 0.0:
             continue
-        M.mult(x, y)
-        J.multTranspose(y, Bz)
         for _ in range(2):  # inverse iteration: K is all but singular
             solve(Bz, z)
             z.scale(1 / z.norm())
