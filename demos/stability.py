@@ -34,6 +34,7 @@ from lobefem.rendering import can_render, render_modes
 from lobefem.stability import Modes
 from lobefem.storage import RunFolder, Snapshot, save_json
 from lobefem.sweep import branches
+from lobefem.tracing import CriticalPoint
 
 sys.path.insert(0, str(Path(__file__).parent))
 from paper_words import CASES, Row, compare, to_markdown
@@ -122,12 +123,14 @@ def study(
     return numbers, shown
 
 
-def summary(curves: Sequence[Branch], shown: Modes, critical: CriticalPressure) -> dict[str, Any]:
-    """What a case gave, all in SI."""
-    mode = critical.mode
+def curve_numbers(
+    curves: Sequence[Branch], critical: CriticalPressure | CriticalPoint | None
+) -> dict[str, Any]:
+    """What the curves of a case say, in SI."""
+    mode = None if critical is None else critical.mode
     return {
         "pressures": sorted({float(p) for b in curves for p in b.pressures}),
-        "critical_pressure": _finite(critical.pressure),
+        "critical_pressure": None if critical is None else _finite(critical.pressure),
         "critical_harmonic": None if mode is None else mode.harmonic,
         "branches": [
             {
@@ -139,6 +142,12 @@ def summary(curves: Sequence[Branch], shown: Modes, critical: CriticalPressure) 
             }
             for b in curves
         ],
+    }
+
+
+def summary(curves: Sequence[Branch], shown: Modes, critical: CriticalPressure) -> dict[str, Any]:
+    """What a case gave, all in SI."""
+    return curve_numbers(curves, critical) | {
         "shown": {
             "pressure": shown.state.pressure,
             "volume": shown.state.volume,
@@ -237,7 +246,7 @@ def _show(rows: Sequence[Row], header: str) -> None:
     for column in ("paper, sec. 5", "here", "verdict"):
         table.add_column(column)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*row[:3])
     Console(width=None if sys.stdout.isatty() else 120, highlight=False).print(table)
 
 

@@ -171,6 +171,9 @@ def critical_point(
     evidence: lambda^2 goes to zero there in proportion to the pressure, as at a fold, and the load has
     a share in the mode.
 
+    Stable means positive real parts. Complex values, which only the `film` load on moving plates makes,
+    would without damping flutter even so; that is not looked for.
+
     Args:
         balloon: prestressed for the ideal state.
         limit: pressure at which to give up [Pa]; of the sign of `start`, negative for pressure from
@@ -210,7 +213,7 @@ def critical_point(
         end = broken if broken is not None else end
         if reached is not None and not reached.stable:
             return path.crossing(low, reached)
-        low = reached or low
+        low = reached if reached is not None else low
         if end is not None and abs(end - low.state.pressure) <= rtol * abs(low.state.pressure):
             return path.fold(low, end)
     p = low.state.pressure
