@@ -70,7 +70,7 @@ class CriticalPoint:
     Attributes:
         pressure: p [Pa]; inf where the path is stable up to the limit.
         mode: the critical mode, computed at `state`; None without one.
-        point: "bifurcation" or "limit point" (by `projection`); None without one.
+        point: "limit point" where `projection` is above 0.01, "bifurcation" else; None without one.
         projection: share of the load f = dr/dp in the critical mode, |z.f|/(|z| |f|), z the left null
             vector (the mode itself where the tangent is symmetric), lengths by mass: |z|^2 = z.Bz and
             |f|^2 = f.B^-1 f. It depends neither on the mesh nor on the units of the plates' rotations.
@@ -166,10 +166,11 @@ def critical_point(
 
     From a stable state at `start` the pressure grows by a factor until the lowest eigenvalue (of the
     smallest real part; its sign is proved by inertia) is negative. The zero of that mode's eigenvalue
-    is then found by Brent's method. Where instead the path ends, or jumps far beyond its own tangent
-    to another equilibrium, the end is bracketed by halving. It is a limit point on two pieces of
-    evidence: lambda^2 goes to zero there in proportion to the pressure, as at a fold, and the load has
-    a share in the mode.
+    is then found by Brent's method. A step that fails, or jumps far beyond the path's tangent to another
+    equilibrium, is halved. Where the smallest one fails too, the path ends: stability is lost there if
+    the square of an eigenvalue goes to zero in proportion to the pressure, as at a fold. A mesh that
+    breaks the symmetry turns a bifurcation into such an end, too, with a small `projection`, or into a
+    path that turns aside and stays stable.
 
     Stable means positive real parts. Complex values, which only the `film` load on moving plates makes,
     would without damping flutter even so; that is not looked for.
@@ -186,7 +187,7 @@ def critical_point(
 
     Raises:
         InputError: an argument that cannot be used, or an unstable start.
-        ConvergenceError: the path ends, and not at a limit point; its `state` is the last one.
+        ConvergenceError: the path ends although no eigenvalue goes to zero; its `state` is the last one.
 
     Collective.
     """
@@ -205,17 +206,21 @@ def critical_point(
             f"the balloon is unstable already at start = {start:g} Pa (lambda = {low[0].value.real:.3g}); "
             "start from a lower pressure"
         )
-    end: float | None = None
+    step, smooth = math.inf, True
     while low.state.pressure != limit:
         p = low.state.pressure
-        target = min(growth * p, limit, key=abs) if end is None else (p + end) / 2
-        reached, broken = path.advance(low, target)
-        end = broken if broken is not None else end
-        if reached is not None and not reached.stable:
+        target = p + math.copysign(min(step, (growth - 1) * abs(p)), p)
+        target = min(target, limit, key=abs)
+        reached = path.advance(low, target)
+        if reached is None:
+            if abs(target - p) <= rtol * abs(p):
+                return path.fold(low, target)
+            step, smooth = abs(target - p) / 2, False
+            continue
+        if not reached.stable:
             return path.crossing(low, reached)
-        low = reached if reached is not None else low
-        if end is not None and abs(end - low.state.pressure) <= rtol * abs(low.state.pressure):
-            return path.fold(low, end)
+        # a failure may be the solver's own, of a step too long
+        low, step, smooth = reached, step * (2 if smooth else 1), True
     p = low.state.pressure
     return CriticalPoint(
         math.inf, None, None, None, low.state, (p, math.inf), path.visited, balloon.surface.divisions
@@ -241,21 +246,15 @@ class _Path:
             self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
         return modes
 
-    def advance(self, low: Modes, target: float) -> tuple[Modes | None, float | None]:
-        """Towards a pressure: the modes reached, and the pressure at which the path broke off. Collective."""
+    def advance(self, low: Modes, target: float) -> Modes | None:
+        """The modes at a pressure, one step on; None if the path does not lead there. Collective."""
         if self.state == "ideal":
-            return self.modes(ideal_state(self.balloon, target)), None
-        begin, broken = low.state.pressure, None
-        smallest = min(0.5, 0.5 * self.rtol * abs(begin) / abs(target - begin))
+            return self.modes(ideal_state(self.balloon, target))
         try:
-            state = inflate(self.balloon, target, start=low.state, min_step=smallest, progress=self.progress)
-        except ConvergenceError as error:
-            state, broken = error.state, float(error.data["pressure"])
-            if state.pressure == begin:
-                return None, broken
-        if _jumped(low.state, state):
-            return None, state.pressure
-        return self.modes(state), broken
+            state = inflate(self.balloon, target, start=low.state, min_step=1.0, progress=self.progress)
+        except ConvergenceError:
+            return None
+        return None if _jumped(low.state, state) else self.modes(state)
 
     def crossing(self, low: Modes, high: Modes) -> CriticalPoint:
         """The zero of the lowest eigenvalue between a stable and an unstable state. Collective."""
@@ -284,35 +283,42 @@ class _Path:
         b = min((p for p, m in known.items() if not m.stable), key=abs)
         # Brent's own result is one of the last bracket's ends; its secant is nearer
         down, up = value(b), value(a)
-        return self._record(a + (b - a) * up / (up - down), known[b], (a, b))
+        return self._record(a + (b - a) * up / (up - down), known[b], known[b][0], (a, b))
 
     def fold(self, low: Modes, end: float) -> CriticalPoint:
-        """A limit point between the last state and the path's end, if it is one. Collective."""
-        p = low.state.pressure
-        near = self.modes(
-            _state(self.balloon, self.state, p * (1 - 10 * self.rtol), low.state, self.progress)
-        )
-        slope = (near[0].value.real ** 2 - low[0].value.real ** 2) / (p - near.state.pressure)
-        vanishing = p + low[0].value.real ** 2 / slope if slope else math.inf
-        record = self._record(sorted((p, vanishing, end))[1], low, (p, end))
-        misses = abs(vanishing - p) > 10 * self.rtol * abs(p) or slope * p < 0
-        if misses or record.point != "limit point":
+        """What stability is lost by between the last state and the path's end. Collective."""
+        p, reach = low.state.pressure, 5 * self.rtol * abs(low.state.pressure)
+        before = _state(self.balloon, self.state, p * (1 - 3 * self.rtol), low.state, self.progress)
+        # the critical mode need not be the lowest one yet
+        count = min(8, self.balloon.map.size)
+        near, last = (find_modes(state, count) for state in (before, low.state))
+        found: list[tuple[float, Mode]] = []
+        for branch in follow([near, last]):
+            if len(branch.pressures) == 2:
+                first, second = (branch.values[branch.pressures == q][0] ** 2 for q in (before.pressure, p))
+                if first > second:
+                    away = second / (first - second) * (p - before.pressure)
+                    found.append((p + away, last[branch.members[-1 if p > 0 else 0][0]]))
+        found.sort(key=lambda f: abs(f[0] - p))
+        if not found or abs(found[0][0] - p) > reach:
             raise ConvergenceError(
                 f"the path of equilibria ends near {p:.6g} Pa, but not at a limit point: the lowest "
-                f"eigenvalue {low[0].value.real:.3g} was {near[0].value.real:.3g} a step before, and the "
-                f"load has a share of {record.projection:.1e} in its mode; try slack_stiffness >= 1e-4 or a "
-                "finer mesh",
+                f"eigenvalue was {near[0].value.real:.4g} at {before.pressure:.6g} Pa and is "
+                f"{last[0].value.real:.4g}; try slack_stiffness >= 1e-4 or a finer mesh",
                 state=low.state,
                 pressure=end,
                 reason="path of equilibria ends",
             )
-        return record
+        zero, mode = found[0]
+        return self._record(sorted((p, zero, end))[1], low, mode, (p, end))
 
-    def _record(self, pressure: float, modes: Modes, bracket: tuple[float, float]) -> CriticalPoint:
-        share = _load_share(modes)
+    def _record(
+        self, pressure: float, modes: Modes, mode: Mode, bracket: tuple[float, float]
+    ) -> CriticalPoint:
+        share = _load_share(modes, mode)
         point = "limit point" if share > _LIMIT_POINT else "bifurcation"
         divisions = self.balloon.surface.divisions
-        return CriticalPoint(pressure, modes[0], point, share, modes.state, bracket, self.visited, divisions)
+        return CriticalPoint(pressure, mode, point, share, modes.state, bracket, self.visited, divisions)
 
 
 def _check_state(balloon: Balloon, state: str) -> None:
@@ -402,9 +408,9 @@ def _jumped(before: Equilibrium, after: Equilibrium) -> bool:
     return _length(balloon, after.displacement - before.displacement) > _JUMP * predicted
 
 
-def _load_share(modes: Modes) -> float:
-    """`CriticalPoint.projection` of the lowest mode. Collective."""
-    state, mode = modes.state, modes[0]
+def _load_share(modes: Modes, mode: Mode) -> float:
+    """`CriticalPoint.projection` of a mode. Collective."""
+    state = modes.state
     balloon = state.balloon
     q = state.activate()
     f = _load_rate(state, q)
