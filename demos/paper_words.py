@@ -16,7 +16,7 @@ class Row(NamedTuple):
     paper: str
     here: str
     verdict: str
-    figure: int
+    figure: int = 0  # 0: several or none
 
 
 def _branch(case: dict[str, Any], kind: str, harmonic: int | None = None) -> dict[str, Any]:
