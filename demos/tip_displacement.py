@@ -133,7 +133,7 @@ def figure(curves: dict[str, Any], lobes: int = LOBES) -> Figure:
         fontsize=7,
         transform=left.get_xaxis_transform(),
     )
-    left.legend(frameon=False, fontsize=7, loc="lower right", title="divisions", title_fontsize=7)
+    left.legend(frameon=False, fontsize=7, loc="center right", title="divisions", title_fontsize=7)
     sheet.suptitle(
         f"{lobes} lobes at {PRESSURE:g} Pa, bottom clamped, top pushed sideways (paper fig. 22)", fontsize=9
     )
