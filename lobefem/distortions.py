@@ -310,7 +310,7 @@ def distort(
     """Impose a distortion by a ramp of its parameter, pressure and prestress held.
 
     Each increment is one SNES solve from an extrapolation of the last ones. One that fails is halved;
-    after one that does not the next is twice as large, up to the first size. Newton's steps are taken
+    after two that do not the next is twice as large, up to the first size. Newton's steps are taken
     in full: where wrinkles come and go a line search on the energy crawls from kink to kink.
 
     Args:
@@ -385,7 +385,7 @@ def _ramp(
     found: list[tuple[float, Any]] = []  # parameter and q of the last two equilibria
     state, span = start, distortion.parameter - begin
     # the start itself comes first: the constraint may move it a little
-    share, step, target = 0.0, 1 / steps, 0.0
+    share, step, target, passed = 0.0, 1 / steps, 0.0, 0  # passed: increments since one failed
     while True:
         if target > share:
             _predict(newton, q, found, begin + target * span)
@@ -398,7 +398,9 @@ def _ramp(
         if progress is not None:
             progress(say)
         if reason > 0:
-            step = min(2 * step, 1 / steps)
+            passed += 1
+            if passed > 1:
+                step = min(2 * step, 1 / steps)
             share, found = target, [*found[-1:], (guide.parameter, q.copy())]
             state = _record(balloon, q, True, _REASONS[reason], count, ())
             history.append(_increment(balloon, q, state, history[-1] if history else None))
@@ -407,7 +409,7 @@ def _ramp(
             if share == 1.0 or span == 0.0:
                 return Distorted(distortion, state, tuple(history))
         else:
-            step = min(step, target - share) / 2
+            step, passed = min(step, target - share) / 2, 0
             if step < min_step or not found:
                 at = begin + share * span
                 raise ConvergenceError(

@@ -12,6 +12,7 @@ balloon on the z axis):
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -147,7 +148,9 @@ class _BarTipGuide(Guide):
         self.names = (*self.names[: self._v], "top_sideways", *self.names[self._v + 2 :])
 
     def _height(self, v: float) -> float:
-        return float(np.sqrt(self.plates.length**2 - self.parameter**2 - v**2))
+        square = self.plates.length**2 - self.parameter**2 - v**2
+        # a wild Newton step may leave the sphere: not a number, which ends the solve
+        return math.sqrt(square) if square > 0 else math.nan
 
     def evaluate(self, y: Array) -> tuple[Array, Array, Array]:
         k, v, s = self._v, float(y[self._v]), self.parameter
