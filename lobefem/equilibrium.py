@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _dolfinx, _petsc  # noqa: F401  (the stack, before PETSc)
+from lobefem import _snes
 
 # isort: split
 from petsc4py import PETSc
@@ -25,20 +25,6 @@ Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
 PREFIX = "lobefem_inflate_"
-_WORDS = {
-    "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
-    "DIVERGED_MAX_IT": "too many iterations",
-    "DIVERGED_LINE_SEARCH": "line search failed",
-    "DIVERGED_LINEAR_SOLVE": "linear solve failed",
-    "DIVERGED_FNORM_NAN": "residual is not a number",
-    "DIVERGED_FUNCTION_NANORINF": "residual is not a number",
-}
-_REASONS: dict[int, str] = {
-    value: _WORDS.get(name, name.lower().replace("_", " "))
-    # the named ones last: PETSc has several names for some values
-    for name, value in sorted(vars(PETSc.SNES.ConvergedReason).items(), key=lambda item: item[0] in _WORDS)
-    if isinstance(value, int)
-}
 
 
 @dataclass(frozen=True)
@@ -195,14 +181,14 @@ def _step(
         balloon.set_loads(p, prestress)
         reason, count = solver.solve(q)
         iterations += count
-        say = f"inflate {p:.6g} Pa: {_REASONS[reason]} after {count} iterations, |r| = {solver.norm:.2e}"
+        say = f"inflate {p:.6g} Pa: {_snes.REASONS[reason]} after {count} iterations, |r| = {solver.norm:.2e}"
         logger.info(say)
         if progress is not None:
             progress(say)
         if reason > 0:
             visited.append(p)
             if target == 1.0:
-                return _record(balloon, q, True, _REASONS[reason], iterations, tuple(visited))
+                return _record(balloon, q, True, _snes.REASONS[reason], iterations, tuple(visited))
             share, step = target, 2 * step
             q.copy(last)
             continue
@@ -215,12 +201,12 @@ def _step(
                 state = _record(balloon, q, True, "last converged", iterations, tuple(visited))
             raise ConvergenceError(
                 f"inflate stopped at {begin + share * (end - begin):.6g} Pa of {end:.6g} Pa "
-                f"({_REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
+                f"({_snes.REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
                 "prestressed film, or a start that is not flat",
                 state=state,
                 pressure=p,
                 residual=solver.norm,
-                reason=_REASONS[reason],
+                reason=_snes.REASONS[reason],
             )
 
 
@@ -230,49 +216,15 @@ class _Newton:
     def __init__(self, balloon: Balloon, q: Any, rtol: float, max_iterations: int) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
+        search = _snes.EnergySearch(balloon)
+        symmetric = _snes.has_symmetric_load(balloon, q)
         K = balloon.tangent(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(PREFIX)
-        snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
-        snes.setJacobian(self._tangent, K)
-        self._base: float | None = None
-        # `closed` pressure has a potential; `film` pressure has none where an edge of the film moves
-        symmetric = balloon.load.convention == "closed" or self._is_symmetric(q)
-        if symmetric or balloon.motion is not None:
-            snes.setObjective(self._objective)
+        snes.setJacobian(lambda snes, x, J, P: search.tangent(x), K)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
-        _petsc.set_direct_solver(snes.getKSP(), symmetric)
-        # petsc4py before 3.23 has no handle on the line search
-        with _petsc.options(PREFIX, {"snes_linesearch_type": "bt"}):
-            snes.setFromOptions()
-
-    def _is_symmetric(self, q: Any) -> bool:
-        """Whether the load stiffness is symmetric at q, by its assembled matrix at 1 Pa."""
-        balloon = self.balloon
-        loads = float(balloon.pressure.value), float(balloon.prestress.value)
-        balloon.set_loads(1.0, 0.0)
-        skew = _petsc.asymmetry(balloon.tangent(q))
-        balloon.set_loads(*loads)
-        return skew < _petsc.SYMMETRIC
-
-    def _tangent(self, snes: Any, x: Any, J: Any, P: Any) -> None:
-        self._base = None
-        self.balloon.tangent(x)
-
-    def _objective(self, snes: Any, x: Any) -> float:
-        """The energy (see `Balloon.energy`); a change within its round-off counts as none.
-
-        Newton's last steps lower the energy by less than it can resolve. Armijo's test then fails
-        by chance, where the approximate one of Hager and Zhang (2005), E <= E0 + eps, accepts.
-        """
-        if self._base is None:
-            self.balloon.freeze_plates(x)
-        energy, size = self.balloon.energy(x)
-        if self._base is None:
-            self._base = energy
-        noise = 1e-12 * size
-        return self._base if abs(energy - self._base) <= noise else energy
+        _snes.set_up(snes, search, symmetric)
 
     def solve(self, q: Any) -> tuple[int, int]:
         """Solve from q in place; returns SNES's converged reason and iterations."""
