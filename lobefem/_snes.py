@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from lobefem import _petsc
@@ -30,7 +29,7 @@ REASONS: dict[int, str] = {
 
 
 class EnergySearch:
-    """SNES's objective: the energy (see `Balloon.energy`), and what a solve minimises beside it.
+    """SNES's objective: the energy (see `Balloon.energy`).
 
     A change within the energy's round-off counts as none. Newton's last steps lower the energy by less
     than it can resolve; Armijo's test then fails by chance, where the approximate one of Hager and
@@ -38,11 +37,10 @@ class EnergySearch:
 
     Args:
         balloon: whose energy.
-        extra: of x, added to the energy.
     """
 
-    def __init__(self, balloon: Balloon, extra: Callable[[Any], float] = lambda x: 0.0) -> None:
-        self.balloon, self.extra = balloon, extra
+    def __init__(self, balloon: Balloon) -> None:
+        self.balloon = balloon
         self._base: float | None = None
 
     def tangent(self, x: Any) -> Any:
@@ -55,7 +53,6 @@ class EnergySearch:
         if self._base is None:
             self.balloon.freeze_plates(x)
         energy, size = self.balloon.energy(x)
-        energy += self.extra(x)
         if self._base is None:
             self._base = energy
         return self._base if abs(energy - self._base) <= 1e-12 * size else energy
