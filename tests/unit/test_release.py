@@ -1,6 +1,7 @@
 """`release` and its damped motion: where it ends, what it says, and what its ledger holds."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -38,9 +39,9 @@ def swayed(balloon, degrees, pressure=5.0):
     displacement[:, 0] = math.sin(lean) * height
     displacement[:, 2] = (math.cos(lean) - 1) * height
     y = np.zeros(motion.size)
-    # the bar tilts about the axis on which +x is ahead
+    # about +y, which takes +z to +x
     k = motion.names.index("bar_tilt_1")
-    y[k : k + 2] = motion._across @ np.array([0, lean, 0])
+    y[k : k + 2] = motion.tilts([0, lean, 0])
     q = unknowns(balloon, displacement, y)
     return Moment(balloon, pressure, pressure, q.array.copy())
 
@@ -65,7 +66,7 @@ def test_a_stable_balloon_returns(comm, load):
     assert last.volume == pytest.approx(rest.volume, rel=1e-9)
     assert last.relative_residual < 1e-6 < first.relative_residual
     assert [r.number for r in found.history] == list(range(len(found.history)))
-    assert all(b.time == pytest.approx(a.time + b.step) for a, b in zip(found.history, found.history[1:]))
+    assert all(b.time == pytest.approx(a.time + b.step) for a, b in pairwise(found.history))
 
 
 def test_the_ledger_closes_and_nothing_but_damping_takes_energy(comm):
@@ -79,8 +80,8 @@ def test_the_ledger_closes_and_nothing_but_damping_takes_energy(comm):
     # implicit Euler damps by itself: what it counts lacks a share that falls with the steps
     assert 0.7 * ledger.damping < ledger.euler < ledger.damping
     potential = [r.strain_energy - 5.0 * r.volume for r in found.history]
-    assert all(b < a for a, b in zip(potential, potential[1:]) if a - potential[-1] > 1e-6)
-    assert all(a.ledger.damping <= b.ledger.damping for a, b in zip(found.history, found.history[1:]))
+    assert all(b < a for a, b in pairwise(potential) if a - potential[-1] > 1e-6)
+    assert all(a.ledger.damping <= b.ledger.damping for a, b in pairwise(found.history))
 
 
 def test_film_load_works_on_the_plates_centres(comm):
