@@ -29,7 +29,7 @@ from lobefem.release import Moment, release
 from lobefem.storage import save_json
 
 PRESSURE = 5.0  # [Pa]
-DAMPINGS = (100.0, 10.0, 1.0)
+DAMPINGS = (10.0, 1.0, 0.1)
 STEP = 1.0  # duration of a step of the paper's [s]
 
 Say = Callable[[str], None]
