@@ -16,8 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import checks
+from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
-from lobefem.equilibrium import _REASONS, Equilibrium, Progress, _Newton, _record
+from lobefem.equilibrium import Equilibrium, Progress, record
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.guides import BendGuide, Guide, PushedNodes, TipGuide, TwistGuide, WaveGuide
 from lobefem.harmonics import cylindrical
@@ -337,7 +338,7 @@ def distort(
     s = getattr(start, "parameter", 0.0) if begin is None else checks.finite("begin", begin, distortion.unit)
     balloon = constrain(start.balloon, distortion)
     q = _transfer(start, balloon, s)
-    newton = _Newton(balloon, q, rtol, max_iterations, PREFIX, "basic")
+    newton = Newton(balloon, q, rtol, max_iterations, PREFIX, "basic")
     try:
         return _ramp(newton, q, start, distortion, s, steps, min_step, on_step, progress)
     finally:
@@ -370,7 +371,7 @@ def _transfer(state: Any, balloon: Balloon, parameter: float) -> Any:
 
 
 def _ramp(
-    newton: _Newton,
+    newton: Newton,
     q: Any,
     start: Equilibrium,
     distortion: Distortion,
@@ -391,7 +392,7 @@ def _ramp(
             _predict(newton, q, found, begin + target * span)
         reason, count = newton.solve(q)
         say = (
-            f"{distortion.kind} {guide.parameter:.5g} {distortion.unit}: {_REASONS[reason]} after {count} "
+            f"{distortion.kind} {guide.parameter:.5g} {distortion.unit}: {REASONS[reason]} after {count} "
             f"iterations, |r| = {newton.norm:.2e}"
         )
         logger.info(say)
@@ -402,7 +403,7 @@ def _ramp(
             if passed > 1:
                 step = min(2 * step, 1 / steps)
             share, found = target, [*found[-1:], (guide.parameter, q.copy())]
-            state = _record(balloon, q, True, _REASONS[reason], count, ())
+            state = record(balloon, q, True, REASONS[reason], count, ())
             history.append(_increment(balloon, q, state, history[-1] if history else None))
             if on_step is not None:
                 on_step(history[-1], state)
@@ -414,13 +415,13 @@ def _ramp(
                 at = begin + share * span
                 raise ConvergenceError(
                     f"the {distortion.kind} stopped at {at:.6g} {distortion.unit} of "
-                    f"{distortion.parameter:.6g} {distortion.unit} ({_REASONS[reason]}, |r| = "
+                    f"{distortion.parameter:.6g} {distortion.unit} ({REASONS[reason]}, |r| = "
                     f"{newton.norm:.1e}); try more steps, slack_stiffness >= 1e-4, or contact",
                     state=state,
                     parameter=at,
                     history=tuple(history),
                     residual=newton.norm,
-                    reason=_REASONS[reason],
+                    reason=REASONS[reason],
                 )
             guide.parameter, last = found[-1]
             last.copy(q)
@@ -433,7 +434,7 @@ def _guide(balloon: Balloon) -> Guide:
     return balloon.guide
 
 
-def _predict(newton: _Newton, q: Any, found: list[tuple[float, Any]], target: float) -> None:
+def _predict(newton: Newton, q: Any, found: list[tuple[float, Any]], target: float) -> None:
     """Set the guide's parameter, and move q to where it should be: along the last two equilibria.
 
     The first increment goes along the linear response -K^-1 dr/ds. Collective.
@@ -511,4 +512,4 @@ def release_start(state: Equilibrium) -> Equilibrium:
     if free is None:
         raise InputError("the state is under no distortion; there is nothing to release")
     q = _transfer(state, free, state.parameter)
-    return _record(free, q, False, "constraint taken away", 0, ())
+    return record(free, q, False, "constraint taken away", 0, ())

@@ -163,6 +163,10 @@ class PlateMotion:
         self.names = names
         self.size = len(names)
 
+    def tilts(self, rotation: Array) -> Array:
+        """The two tilt parameters of a rotation vector (3,) [rad]; its spin about the axis is left out."""
+        return self.across @ np.asarray(rotation, dtype=float)
+
     @property
     def moving(self) -> bool:
         """Whether any plate can move."""
