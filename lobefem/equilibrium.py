@@ -168,11 +168,25 @@ def inflate(
             "from a state on the same mesh with the same supports"
         )
     q = start.vector() if start is not None else balloon.map.create_vector()
+    _check_start(balloon, q, start)
     solver = _Newton(balloon, q, rtol, max_iterations)
     try:
         return _step(balloon, solver, q, start, pressure, prestress, min_step, progress)
     finally:
         solver.destroy()
+
+
+def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
+    """Refuse a film that intersects itself: contact keeps it free of that, and cannot undo it."""
+    if balloon.contact is None:
+        return
+    balloon.place(q)
+    if balloon.contact.intersects(balloon.u):
+        raise ConvergenceError(
+            "the film intersects itself where inflate starts; move plates and distortions in smaller steps",
+            state=start,
+            reason="film intersects itself",
+        )
 
 
 def _step(
@@ -239,13 +253,28 @@ class _Newton:
         self._base: float | None = None
         # `closed` pressure has a potential; `film` pressure has none where an edge of the film moves
         symmetric = balloon.load.convention == "closed" or self._is_symmetric(q)
-        if symmetric or balloon.motion is not None:
+        self._potential = symmetric or balloon.motion is not None
+        if self._potential:
             snes.setObjective(self._objective)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         _petsc.set_direct_solver(snes.getKSP(), symmetric)
         # petsc4py before 3.23 has no handle on the line search
         with _petsc.options(PREFIX, {"snes_linesearch_type": "bt"}):
             snes.setFromOptions()
+        if balloon.contact is not None:
+            snes.setLineSearchPreCheck(self._shorten)
+
+    def _shorten(self, x: Any, step: Any) -> bool:
+        """Cut Newton's step, x - step, where the film would touch itself; whether it was changed.
+
+        An indefinite tangent can send it uphill: it is turned round, downhill along the same line.
+        """
+        uphill = self._potential and self._r.dot(step) < 0
+        if not uphill:
+            step.scale(-1.0)
+        share = self.balloon.free_share(x, step)
+        step.scale(-share)
+        return uphill or share < 1
 
     def _is_symmetric(self, q: Any) -> bool:
         """Whether the load stiffness is symmetric at q, by its assembled matrix at 1 Pa."""
@@ -258,7 +287,11 @@ class _Newton:
 
     def _tangent(self, snes: Any, x: Any, J: Any, P: Any) -> None:
         self._base = None
+        contact = self.balloon.contact
         self.balloon.tangent(x)
+        if contact is not None and contact.new_pattern:
+            # PETSc does not always see that a pattern was replaced by another one
+            snes.getKSP().getPC().reset()
 
     def _objective(self, snes: Any, x: Any) -> float:
         """The energy (see `Balloon.energy`); a change within its round-off counts as none.
