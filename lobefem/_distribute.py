@@ -25,8 +25,17 @@ __all__ = ["distribute_mesh", "edge_tags", "lobe_tags", "on_root"]
 Integers = npt.NDArray[np.int64]
 
 
-def on_root[T](comm: Any, build: Callable[[], T]) -> T | None:
+def on_root[T](
+    comm: Any,
+    build: Callable[[], T],
+    failed: str = "Gmsh could not mesh the surface ({}); try another mesh size",
+) -> T | None:
     """Build on rank 0, None elsewhere; what goes wrong there is raised on every rank. Collective.
+
+    Args:
+        comm: MPI communicator.
+        build: called on rank 0.
+        failed: what to say, with the error in place of {}, where `build` raised no `LobefemError`.
 
     Raises:
         SolveError: rank 0 failed (or whichever `LobefemError` it raised itself).
@@ -38,7 +47,7 @@ def on_root[T](comm: Any, build: Callable[[], T]) -> T | None:
         except LobefemError as caught:
             error = caught
         except Exception as caught:  # Gmsh raises plain Exception with its last message
-            error = SolveError(f"Gmsh could not mesh the surface ({caught}); try another mesh size")
+            error = SolveError(failed.format(caught))
             error.__cause__ = caught
     failure = comm.bcast(None if error is None else (type(error), str(error)), root=0)
     if error is not None:

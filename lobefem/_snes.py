@@ -13,7 +13,15 @@ from lobefem.balloon import Balloon
 # isort: split
 from petsc4py import PETSc
 
-__all__ = ["REASONS", "EnergySearch", "Newton", "has_symmetric_load", "set_up"]
+__all__ = [
+    "REASONS",
+    "EnergySearch",
+    "Newton",
+    "follow_pattern",
+    "has_symmetric_load",
+    "keep_apart",
+    "set_up",
+]
 
 _WORDS = {
     "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
@@ -51,6 +59,7 @@ class EnergySearch:
         """The balloon's tangent at x, from where a new line search starts. Collective."""
         self._base = None
         K = self.balloon.tangent(x)
+        follow_pattern(snes, self.balloon)
         self._stiffness = K.getDiagonal(self._stiffness)
         return K
 
@@ -95,6 +104,38 @@ def has_symmetric_load(balloon: Balloon, q: Any) -> bool:
     skew = _petsc.asymmetry(balloon.tangent(q))
     balloon.set_loads(*loads)
     return skew < _petsc.SYMMETRIC
+
+
+def follow_pattern(snes: Any, balloon: Balloon) -> None:
+    """Factorise anew from the symbolic part on where contact changed the tangent's pattern. Collective."""
+    if balloon.contact is not None and balloon.contact.new_pattern:
+        # PETSc does not always see that a pattern was replaced by another one
+        snes.getKSP().getPC().reset()
+
+
+def keep_apart(snes: Any, balloon: Balloon, residual: Any, downhill: bool) -> None:
+    """Cut Newton's steps where the film would touch itself.
+
+    Args:
+        snes: whose steps.
+        balloon: with contact, or nothing is done.
+        residual: the vector of SNES's function.
+        downhill: whether the residual is a gradient; a step that an indefinite tangent sends uphill is
+            then turned round.
+    """
+    if balloon.contact is None:
+        return
+
+    def shorten(x: Any, step: Any) -> bool:
+        """Change Newton's step, x - step; whether it was."""
+        uphill = downhill and residual.dot(step) < 0
+        if not uphill:
+            step.scale(-1.0)
+        share = balloon.free_share(x, step)
+        step.scale(-share)
+        return uphill or share < 1
+
+    snes.setLineSearchPreCheck(shorten)
 
 
 def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = "bt") -> None:
@@ -152,6 +193,7 @@ class Newton:
         snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x), K)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
+        keep_apart(snes, balloon, self._r, symmetric or balloon.motion is not None)
 
     def solve(self, q: Any) -> tuple[int, int]:
         """Solve from q in place; returns SNES's converged reason and iterations. Collective."""

@@ -26,6 +26,7 @@ from petsc4py import PETSc
 
 from lobefem.cables import Cords
 from lobefem.constraints import ConstraintMap
+from lobefem.contact import Contact, SelfContact
 from lobefem.errors import InputError
 from lobefem.films import Film
 from lobefem.forms import WeakForms
@@ -60,7 +61,7 @@ class Balloon:
         surface: where the film lies (`lobefem.surface`).
         film: its law.
         parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
-            most one `EndPlates`.
+            most one `EndPlates`, at most one `SelfContact`.
         prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
             (paper eq. 4), and the matching tension into the cords; p0 is the `prestress` of a state.
         hoop_slack: hoop slack s >= 0 of the prestressed film (strain).
@@ -91,10 +92,12 @@ class Balloon:
         self.held = tuple(p for p in parts if isinstance(p, Held))
         self.load: GasPressure = _single(parts, GasPressure) or GasPressure()
         self.plates: EndPlates | None = _single(parts, EndPlates)
-        unknown = [p for p in parts if not isinstance(p, (Cords, Held, GasPressure, EndPlates))]
+        contact: SelfContact | None = _single(parts, SelfContact)
+        unknown = [p for p in parts if not isinstance(p, (Cords, Held, GasPressure, EndPlates, SelfContact))]
         if unknown:
             raise InputError(
-                f"{unknown[0]!r} is no part of a balloon; use GasPressure, Cords, EndPlates or Held"
+                f"{unknown[0]!r} is no part of a balloon; use GasPressure, Cords, EndPlates, Held or "
+                "SelfContact"
             )
         if not 0 <= hoop_slack < 1:
             raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
@@ -113,6 +116,7 @@ class Balloon:
         self.motion = self._plate_motion()
         self.free: Balloon | None = None
         self.map = self._constraint_map()
+        self.contact = self._self_contact(contact) if contact is not None else None
         self.forms = WeakForms(self, hoop_slack, quadrature_degree)
         self._frozen = self.motion.area_vectors if self.motion else np.zeros((2, 3))
         self._tangents: dict[int, Any] = {}
@@ -182,6 +186,14 @@ class Balloon:
     def guide(self) -> Guide | None:
         """What leads this balloon."""
         return self.map.motion if isinstance(self.map.motion, Guide) else None
+
+    def _self_contact(self, part: SelfContact) -> Contact:
+        rims = tuple(self.edge_nodes(n) for n in ("rim_bottom", "rim_top")) if self.motion else ()
+
+        def pressure() -> float:
+            return max(abs(float(self.pressure.value)), abs(float(self.prestress.value)))
+
+        return Contact(part, self.V, rims, pressure)
 
     def edge_nodes(self, group: str) -> npt.NDArray[np.int32]:
         """Node indices, owned and ghosts, of an edge group. Collective."""
@@ -308,6 +320,8 @@ class Balloon:
     def energy(self, q: Any) -> tuple[float, float]:
         """Potential energy at q [J], strain energy - p (V - V of the reference shape). Collective.
 
+        With a `SelfContact` the barrier's energy is added: infinite where the film intersects itself.
+
         The `film` load differs from `closed` by a force p A n(theta) on each plate's centre, which has
         no potential; here it keeps the direction of the last `freeze_plates`, so that the energy's
         gradient is the residual at that point.
@@ -324,7 +338,8 @@ class Balloon:
             if self.load.convention == "film":
                 volume -= float((self._frozen * self._w[:12].reshape(2, 6)[:, :3]).sum())
         work = float(self.pressure.value) * volume
-        return elastic - work, abs(elastic) + abs(work)
+        barrier = self.contact.energy(self.u) if self.contact is not None else 0.0
+        return elastic - work + barrier, abs(elastic) + abs(work)
 
     def strain_energy(self) -> float:
         """Strain energy of film, cords and bar [J] in the present displacement. Collective."""
@@ -350,6 +365,8 @@ class Balloon:
             local.set(0.0)
         fem.petsc.assemble_vector(r, self.forms.residual)
         r.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+        if self.contact is not None:
+            r.array[:] += self.contact.gradient(self.u)
         return r.array_r
 
     def residual(self, q: Any, out: Any) -> None:
@@ -383,7 +400,24 @@ class Balloon:
         if self.map.num_parameters:
             self.map.add_parameter_block(reduced, self._parameter_block(dw, d2w))
         self._tangents[slot] = reduced
+        if self.contact is not None:
+            return self.contact.add_hessian(reduced, J, self.u, slot)
         return reduced
+
+    def free_share(self, q: Any, step: Any) -> float:
+        """Share (0, 1] of a step from q that the film can go without touching itself. Collective.
+
+        Nodes are taken to move straight; on a plate that turns they do so to first order.
+        """
+        if self.contact is None:
+            return 1.0
+        end = q.copy()
+        end.axpy(1.0, step)
+        self.place(end)
+        end.destroy()
+        there = self.u.x.array.copy()
+        self.place(q)
+        return self.contact.free_share(self.u, there)
 
     def held_pencil(self) -> tuple[Any, Any]:
         """K_m and K_g of K(p) = K_m + p K_g at the reference shape, its stress proportional to p.
@@ -412,6 +446,10 @@ class Balloon:
             J.mult(direction, target.x.petsc_vec)
             target.x.scatter_forward()
         value = self.comm.allreduce(fem.assemble_scalar(self.forms.second_variation))
+        if self.contact is not None:
+            value += self.contact.second_variation(
+                self.u, *(direction.x.petsc_vec for direction in self.forms.directions)
+            )
         if self.map.num_parameters:
             a, b = self.map.parameters(dv), self.map.parameters(dq)
             value += float(a @ self._parameter_block(dw, d2w) @ b)

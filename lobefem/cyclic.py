@@ -24,6 +24,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from lobefem.balloon import Balloon
+from lobefem.contact import SelfContact
 from lobefem.errors import InputError
 from lobefem.harmonics import cylindrical
 from lobefem.surface import sector_of
@@ -53,7 +54,8 @@ def sector_balloon(balloon: Balloon) -> Balloon:
     return Balloon(
         sector_of(balloon.surface),
         balloon.film,
-        balloon.parts,
+        # film that does not touch itself feels no contact; `restrict` refuses states in which it does
+        [part for part in balloon.parts if not isinstance(part, SelfContact)],
         prestressed=balloon.prestressed,
         hoop_slack=balloon.hoop_slack,
         quadrature_degree=balloon.quadrature_degree,
@@ -201,6 +203,10 @@ class Sector:
         Raises:
             InputError: the state differs from sector to sector.
         """
+        if whole.contact is not None:
+            whole.place(q)
+            if whole.contact.measure(whole.u).pairs:
+                raise InputError("the film touches itself, so harmonics are coupled; leave harmonics out")
         places = self._places(whole)
         slot = self._match(places)
         local = np.einsum("nij,nj->ni", places.frame, q.array_r[: 3 * len(slot)].reshape(-1, 3))

@@ -179,11 +179,25 @@ def inflate(
             "from a state on the same mesh with the same supports"
         )
     q = start.vector() if start is not None else balloon.map.create_vector()
+    _check_start(balloon, q, start)
     solver = Newton(balloon, q, rtol, max_iterations, PREFIX)
     try:
         return _step(balloon, solver, q, start, pressure, prestress, min_step, progress)
     finally:
         solver.destroy()
+
+
+def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
+    """Refuse a film that intersects itself: contact keeps it free of that, and cannot undo it."""
+    if balloon.contact is None:
+        return
+    balloon.place(q)
+    if balloon.contact.intersects(balloon.u):
+        raise ConvergenceError(
+            "the film intersects itself where inflate starts; move plates and distortions in smaller steps",
+            state=start,
+            reason="film intersects itself",
+        )
 
 
 def _step(

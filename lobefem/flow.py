@@ -183,6 +183,7 @@ class Flow:
         _petsc.set_direct_solver(snes.getKSP(), symmetric)
         with _petsc.options(PREFIX, _OPTIONS):
             ts.setFromOptions()
+        _snes.keep_apart(snes, balloon, self._r, downhill=symmetric)
 
     # --- the equation ---------------------------------------------------------------------------
 
@@ -194,6 +195,7 @@ class Flow:
     def _tangent(self, ts: Any, t: float, x: Any, xdot: Any, shift: float, J: Any, P: Any) -> None:
         self._shift = shift
         K = self.balloon.tangent(x)
+        _snes.follow_pattern(ts.getSNES(), self.balloon)
         K.axpy(self.damping * shift, self._mass, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
 
     def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int | None:

@@ -336,3 +336,17 @@ def test_less_damping_takes_a_stopped_release_farther(released):
     assert tops[0] > 2 * tops[1] > 2 * tops[2]
     assert stopped[0]["outcome"] == "not an equilibrium"
     assert stopped[2]["outcome"] == "returned"
+
+
+def test_contact_demo_presses_two_lobes_together(shared_path):
+    """A lower plate closes the seam, and a shorter reach of the contact changes next to nothing."""
+    rows = load("contact").run((8, 12), (0.0, -0.4, -0.8, -1.2, -1.6, -1.8, -2.0), shared_path)
+    assert not any(row["intersects"] for row in rows)
+    assert rows[0]["force"] == 0.0
+    full, half, quarter = rows[-3:]
+    assert 0 < quarter["gap"] < half["gap"] < full["gap"] < full["activation"]
+    assert half["force"] == pytest.approx(full["force"], rel=0.05)
+    assert quarter["force"] == pytest.approx(half["force"], rel=0.03)
+    assert quarter["volume"] == pytest.approx(full["volume"], rel=5e-3)
+    if MPI.COMM_WORLD.rank == 0:
+        assert len((shared_path / "table.md").read_text(encoding="utf-8").splitlines()) == len(rows) + 2

@@ -315,7 +315,7 @@ def test_errors_of_parts_that_do_not_go_together(comm):
     for parts, text in (
         ([GasPressure(), GasPressure()], "a balloon takes one GasPressure, not 2"),
         ([EndPlates(), EndPlates()], "a balloon takes one EndPlates, not 2"),
-        (["hoop"], "'hoop' is no part of a balloon; use GasPressure, Cords, EndPlates or Held"),
+        (["hoop"], "'hoop' is no part of a balloon; use GasPressure, Cords, EndPlates, Held or SelfContact"),
         ([Held("rim")], r"no edge group 'rim' on this surface; it has \["),
         ([Cords(on=("seam_9",))], r"no edge group 'seam_9' on this surface; it has \["),
     ):
