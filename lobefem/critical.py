@@ -15,8 +15,9 @@ from typing import Any
 from lobefem import _petsc
 from lobefem.balloon import Balloon
 from lobefem.cyclic import CyclicReduction
-from lobefem.eigenpairs import distinct, order, residual, run, solver
+from lobefem.eigenpairs import Pair, distinct, order, residual, run, solver
 from lobefem.errors import EigenError, InputError
+from lobefem.harmonics import spectrum
 from lobefem.stability import Mode, check_request, make_mode
 
 # isort: split
@@ -56,7 +57,8 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
     Args:
         balloon: a prestressed balloon.
         harmonic: look at this circumferential harmonic alone, from one sector of a structured mesh;
-            None for all of them, on the full model.
+            None for all of them, on the full model. A sector with several nodes around (quadratic
+            cells) also holds N - n, N + n, ...; the result is the lowest that is mostly of n.
         count: how many critical pressures to look for.
 
     Raises:
@@ -82,19 +84,18 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
 
     divisions = balloon.surface.divisions
     symmetric = _petsc.asymmetry(K_g) < _petsc.SYMMETRIC
-    p0 = _stable_below(K_m, K_g, 0 if symmetric else plates, _limit(balloon))
+    moving = 0 if symmetric else plates
+    p0 = _stable_below(K_m, K_g, moving, _limit(balloon))
     if p0 in (0.0, math.inf):
         return CriticalPressure(p0, None, (), divisions, harmonic)
     K_0 = _combine(K_m, p0, K_g)
-    eps = solver(K_g, K_0, count, symmetric, PREFIX)
-    eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
-    eps.setTolerances(1e-10, 2000)
-    _petsc.set_direct_solver(eps.getST().getKSP(), symmetric)
-    pairs = [p._replace(value=p0 - 1 / p.value) for p in distinct(run(eps, 1), M, 0.0) if p.value.real]
-    eps.destroy()
-    found = sorted((p for p in pairs if p.value.real > 0 and abs(p.value.imag) < 1e-6 * p0), key=order)
+    found = _search(p0, None, K_g, K_0, M, count, symmetric)
     if not found:
         raise EigenError(f"no critical pressure found near {p0:.6g} Pa, where one was proved to be")
+    if harmonic is not None and expand is not None and _aliased(balloon):
+        found = _own(balloon, expand, harmonic, p0, K_m, K_g, M, moving, symmetric)
+        if not found:
+            return CriticalPressure(math.inf, None, (), divisions, harmonic)
     K_g.scale(-1.0)
     first = found[0]
     error = residual(first, K_m, K_g)
@@ -106,6 +107,74 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
     return CriticalPressure(pressures[0], mode, pressures, divisions, harmonic)
 
 
+def _search(
+    p0: float, target: float | None, K_g: Any, K_0: Any, M: Any, count: int, symmetric: bool
+) -> list[Pair]:
+    """Critical pressures nearest to `target` (None: to p0, where K_0 is the tangent), with vectors."""
+    eps = solver(K_g, K_0, count, symmetric, PREFIX)
+    eps.setTolerances(1e-10, 2000)
+    st = eps.getST()
+    if target is None:
+        eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
+    else:
+        eps.setTarget(-1 / (target - p0))
+        eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+        st.setType(SLEPc.ST.Type.SINVERT)
+    _petsc.set_direct_solver(st.getKSP(), symmetric)
+    pairs = [p._replace(value=p0 - 1 / p.value) for p in distinct(run(eps, 1), M, 0.0) if p.value.real]
+    eps.destroy()
+    return sorted((p for p in pairs if p.value.real > 0 and abs(p.value.imag) < 1e-6 * p0), key=order)
+
+
+def _aliased(balloon: Balloon) -> bool:
+    """Whether a sector has several nodes around, so that its harmonic n holds N - n, N + n, ... too."""
+    divisions, sectors = balloon.surface.divisions, balloon.surface.cyclic_order
+    return divisions is not None and sectors is not None and divisions[1] * balloon.order > sectors
+
+
+def _own(
+    balloon: Balloon,
+    expand: Callable[[Any], Any],
+    harmonic: int,
+    p0: float,
+    K_m: Any,
+    K_g: Any,
+    M: Any,
+    plates: int,
+    symmetric: bool,
+) -> list[Pair]:
+    """The lowest critical pressure whose mode is mostly of this harmonic, and its copy; empty without one.
+
+    Searched upwards, doubling the pressure; the inertia (of the film, as in `_stable_below`) tells how
+    many there are up to each.
+    """
+    q = balloon.map.create_vector()
+    A, G = _without_plates(K_m, K_g, plates)
+    base = p0 / 2  # well below all that is wanted
+    K_0 = _combine(K_m, base, K_g)
+
+    def negatives(p: float) -> int:
+        K = _combine(A, p, G)
+        count = _petsc.num_negative(K)
+        K.destroy()
+        return count
+
+    low, below = p0, 0
+    while low < _limit(balloon):
+        high = 2 * low
+        above = negatives(high)
+        if above > below:
+            wanted = min(above - below + 4, K_g.getSize()[0])
+            pairs = _search(base, math.sqrt(low * high), K_g, K_0, M, wanted, symmetric)
+            for pair in pairs:
+                if low <= pair.value.real <= high:
+                    x = balloon.displacement_of(q, expand(pair.x))
+                    if spectrum(balloon, x, 0 * x)[harmonic] > 0.5:
+                        return [other for other in pairs if abs(other.value - pair.value) < 1e-6 * high]
+        low, below = high, above
+    return []
+
+
 def _limit(balloon: Balloon) -> float:
     """A pressure [Pa] beyond all reason: p R0/2 = N = 10 E t, a film strain of 1000 %."""
     return 20 * balloon.film.Et / float(balloon.surface.shape.R0)
@@ -115,6 +184,16 @@ def _combine(K_m: Any, p: float, K_g: Any) -> Any:
     K = K_m.copy()
     K.axpy(p, K_g)
     return K
+
+
+def _without_plates(K_m: Any, K_g: Any, plates: int) -> tuple[Any, Any]:
+    """The matrices without their last rows and columns, which belong to the plates."""
+    if not plates:
+        return K_m, K_g
+    start, end = K_m.getOwnershipRange()
+    end = min(end, K_m.getSize()[0] - plates)
+    film = PETSc.IS().createStride(max(end - start, 0), start, 1, comm=K_m.getComm())
+    return K_m.createSubMatrix(film, film), K_g.createSubMatrix(film, film)
 
 
 def _stable_below(K_m: Any, K_g: Any, plates: int, limit: float) -> float:
@@ -132,11 +211,7 @@ def _stable_below(K_m: Any, K_g: Any, plates: int, limit: float) -> float:
     Returns:
         the pressure; 0 where none down to 1e-6 Pa is stable, inf where all up to `limit` are.
     """
-    if plates:
-        start, end = K_m.getOwnershipRange()
-        end = min(end, K_m.getSize()[0] - plates)
-        film = PETSc.IS().createStride(max(end - start, 0), start, 1, comm=K_m.getComm())
-        K_m, K_g = K_m.createSubMatrix(film, film), K_g.createSubMatrix(film, film)
+    K_m, K_g = _without_plates(K_m, K_g, plates)
 
     def stable(p: float) -> bool:
         K = _combine(K_m, p, K_g)
