@@ -24,7 +24,7 @@ from lobefem.stability import Mode, check_request, make_mode
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-__all__ = ["CriticalPressure", "critical_pressure"]
+__all__ = ["CriticalPressure", "beyond_reason", "critical_pressure", "of_pencil"]
 
 PREFIX = "lobefem_critical_"
 
@@ -70,8 +70,24 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
     if not balloon.prestressed:
         raise InputError("critical_pressure needs a prestressed balloon; pass prestressed=True")
     check_request(balloon, count)
+    return of_pencil(balloon, balloon.held_pencil(), harmonic, count)
+
+
+def of_pencil(
+    balloon: Balloon, pencil: tuple[Any, Any], harmonic: int | None = None, count: int = 2
+) -> CriticalPressure:
+    """The lowest positive p at which K_m + p K_g is singular, as `critical_pressure`.
+
+    Args:
+        balloon: whose tangents they are.
+        pencil: (K_m, K_g); K_g is overwritten.
+        harmonic: as above.
+        count: as above.
+
+    Collective.
+    """
     q = balloon.map.create_vector()
-    K_m, K_g = balloon.held_pencil()
+    K_m, K_g = pencil
     M, plates = balloon.mass(q), balloon.map.num_parameters
     expand: Callable[[Any], Any] | None = None
     if harmonic is not None:
@@ -85,7 +101,7 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
     divisions = balloon.surface.divisions
     symmetric = _petsc.asymmetry(K_g) < _petsc.SYMMETRIC
     moving = 0 if symmetric else plates
-    p0 = _stable_below(K_m, K_g, moving, _limit(balloon))
+    p0 = _stable_below(K_m, K_g, moving, beyond_reason(balloon))
     if p0 in (0.0, math.inf):
         return CriticalPressure(p0, None, (), divisions, harmonic)
     K_0 = _combine(K_m, p0, K_g)
@@ -149,6 +165,7 @@ def _own(
     many there are up to each.
     """
     q = balloon.map.create_vector()
+    highest = balloon.surface.divisions[1] * balloon.order // 2
     A, G = _without_plates(K_m, K_g, plates)
     base = p0 / 2  # well below all that is wanted
     K_0 = _combine(K_m, base, K_g)
@@ -160,7 +177,7 @@ def _own(
         return count
 
     low, below = p0, 0
-    while low < _limit(balloon):
+    while low < beyond_reason(balloon):
         high = 2 * low
         above = negatives(high)
         if above > below:
@@ -169,13 +186,13 @@ def _own(
             for pair in pairs:
                 if low <= pair.value.real <= high:
                     x = balloon.displacement_of(q, expand(pair.x))
-                    if spectrum(balloon, x, 0 * x)[harmonic] > 0.5:
+                    if spectrum(balloon, x, 0 * x, highest)[harmonic] > 0.5:
                         return [other for other in pairs if abs(other.value - pair.value) < 1e-6 * high]
         low, below = high, above
     return []
 
 
-def _limit(balloon: Balloon) -> float:
+def beyond_reason(balloon: Balloon) -> float:
     """A pressure [Pa] beyond all reason: p R0/2 = N = 10 E t, a film strain of 1000 %."""
     return 20 * balloon.film.Et / float(balloon.surface.shape.R0)
 

@@ -127,6 +127,9 @@ class Lobe:
         C = ET / (1 - NU**2)
         if law == "isotropic":
             return [[C, NU * C, 0], [NU * C, C, 0], [0, 0, ET / (2 * (1 + NU))]]
+        if law == "mean":  # of isotropic and wrinkled at s = 0
+            half = C / 2
+            return [[(ET + C) / 2, NU * half, 0], [NU * half, half, 0], [0, 0, ET / (2 * (1 + NU))]]
         N = p * self.N
         return [[ET, 0, 0], [0, 0, 0], [0, 0, N / (2 * ((1 + NU) * N / ET + slack))]]
 
@@ -160,10 +163,10 @@ class Lobe:
         triple zeros, a = (R b' - R' b)/n, w = -a'/k.
         """
         order = 2 if law == "fixed" else 3
-        bubble = np.polynomial.Polynomial([1, 0, -1]) ** order
+        bubble = legendre.Legendre([2 / 3, 0, -2 / 3]) ** order  # (1 - x^2)^order
         rows = []
         for j in range(self.degree - 2 * order):
-            f = bubble * np.polynomial.Legendre.basis(j).convert(kind=np.polynomial.Polynomial)
+            f = bubble * legendre.Legendre.basis(j)
             rows.append([f.deriv(i)(self.x) / self.half**i for i in range(4)])
         F, dF, d2F, d3F = (np.array(r) for r in zip(*rows, strict=True))
         if law == "fixed":
