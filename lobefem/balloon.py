@@ -419,19 +419,25 @@ class Balloon:
         self.place(q)
         return self.contact.free_share(self.u, there)
 
-    def held_pencil(self) -> tuple[Any, Any]:
+    def held_pencil(self, low: float = 0.0, high: float = 1e5) -> tuple[Any, Any]:
         """K_m and K_g of K(p) = K_m + p K_g at the reference shape, its stress proportional to p.
+
+        Args:
+            low: pressure [Pa] of one of the two tangents that it is made from.
+            high: that of the other. Where K is linear in p they do not matter; a high one keeps the
+                round-off of K_m's 1e9 N/m out of the difference.
 
         Collective.
         """
         q = self.map.create_vector()
-        self.set_loads(0.0, 0.0)
+        self.set_loads(low, low)
         K_m = self.tangent(q).copy()
-        # exact at any pressure; a high one keeps the round-off of K_m's 1e9 N/m out of the difference
-        self.set_loads(1e5, 1e5)
+        self.set_loads(high, high)
         K_g = self.tangent(q).copy()
         K_g.axpy(-1.0, K_m)
-        K_g.scale(1e-5)
+        K_g.scale(1 / (high - low))
+        if low:
+            K_m.axpy(-low, K_g)
         return K_m, K_g
 
     def second_variation(self, q: Any, dv: Any, dq: Any) -> float:

@@ -17,7 +17,7 @@ import scipy.optimize
 
 from lobefem._banded import HERMITIAN, Band, asymmetry, lowest, most_negative
 from lobefem.balloon import Balloon
-from lobefem.cyclic import Sector, as_scipy
+from lobefem.cyclic import Sector, as_scipy, own_pairs
 from lobefem.errors import EigenError, InputError, LobefemError
 from lobefem.harmonics import kind_of
 
@@ -28,6 +28,8 @@ __all__ = [
     "HarmonicChart", "HeldPencil", "OneHarmonic", "harmonic_chart", "pressure_limit",
     "require_prestress", "sector_pencil", "solve_harmonics", "stable_below",
 ]  # fmt: skip
+
+LINEAR = (0.0, 1e5)  # [Pa]; the second keeps the round-off of K_m's 1e9 N/m out of their difference
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -117,9 +119,18 @@ def solve_harmonics(
     count: int,
     *,
     comm: Any,
+    at: tuple[float, float] = LINEAR,
     progress: Callable[[str], None] | None = None,
 ) -> dict[int, OneHarmonic]:
     """The lowest critical pressures of each harmonic, dealt out to the ranks. Collective over `comm`.
+
+    Args:
+        sector: of a prestressed balloon.
+        harmonics: n.
+        count: how many of each.
+        comm: the ranks.
+        at: pressures of the two tangents that make the pencil [Pa].
+        progress: called with a line of text for each harmonic of this rank.
 
     Raises:
         InputError: no harmonics, or one that the mesh does not have.
@@ -129,7 +140,7 @@ def solve_harmonics(
         raise InputError("no harmonics are given; leave them out for all")
     for n in harmonics:
         sector.check(n)
-    pencil = sector_pencil(sector)
+    pencil = sector_pencil(sector, at)
     found: dict[int, OneHarmonic] = {}
     fault: LobefemError | None = None
     hint = None
@@ -150,10 +161,10 @@ def solve_harmonics(
     return {n: table[n] for n in harmonics}
 
 
-def sector_pencil(sector: Sector) -> tuple[Any, Any, Any]:
+def sector_pencil(sector: Sector, at: tuple[float, float] = LINEAR) -> tuple[Any, Any, Any]:
     """K_m, K_g and the mass of the sector's film and its share of the plates, as SciPy matrices."""
     balloon = sector.balloon
-    K_m, K_g = balloon.held_pencil()
+    K_m, K_g = balloon.held_pencil(*at)
     return as_scipy(K_m), as_scipy(K_g), as_scipy(balloon.mass(balloon.map.create_vector()))
 
 
@@ -172,6 +183,7 @@ class HeldPencil:
     def __init__(self, sector: Sector, harmonic: int, pencil: tuple[Any, Any, Any] | None = None) -> None:
         matrices = sector_pencil(sector) if pencil is None else pencil
         self.K_m, self.K_g, self.M = (sector.reduce(A, harmonic) for A in matrices)
+        self._sector, self._harmonic = sector, harmonic
         self.limit = pressure_limit(sector.balloon)
         self.hermitian = asymmetry(self.K_g) < HERMITIAN
         self._scale = 1e-3 / math.sqrt(sector.balloon.reference_area)  # Pa/m per Pa
@@ -184,8 +196,13 @@ class HeldPencil:
 
     def _lowest(self, p: float) -> tuple[float, Complex]:
         """The lowest real part of lambda at a pressure, with its vector."""
-        values, vectors, _ = lowest(self.K_m + p * self.K_g, self.M, 1, self._scale * p)
+        K = self.K_m + p * self.K_g
+        values, vectors = self._own(lambda count: lowest(K, self.M, count, self._scale * p)[:2], 1)
         return float(values[0].real), vectors[:, 0]
+
+    def _own(self, find: Callable[[int], tuple[Any, Any]], count: int) -> tuple[Any, Any]:
+        """The first eigenpairs that are mostly of this harmonic (see `Sector.share`)."""
+        return own_pairs(self._sector, self._harmonic, find, count, self.K_m.shape[0])
 
     def solve(self, count: int = 1, hint: float | None = None) -> OneHarmonic:
         """The lowest critical pressures; of a pencil that is not Hermitian the lowest one.
@@ -207,9 +224,12 @@ class HeldPencil:
             return OneHarmonic((p0,), None, math.nan)
         solve = self._solver(p0)
         assert solve is not None
-        values, vectors = most_negative(self.K_g, self.K_m + p0 * self.K_g, solve, count)
-        keep = values < 0
+        K_0 = self.K_m + p0 * self.K_g
+        values, vectors = self._own(lambda k: most_negative(self.K_g, K_0, solve, k), count)
+        keep = values < -1 / (self.limit - p0)
         if not keep.any():
+            if self._sector.columns > 1:
+                return OneHarmonic((math.inf,), None, math.nan)
             raise EigenError(f"no critical pressure found near {p0:.6g} Pa, where one was proved to be")
         pressures = tuple(float(p) for p in p0 - 1 / values[keep])
         return self._record(pressures, vectors[:, keep][:, 0])

@@ -14,7 +14,7 @@ from typing import Any
 
 from lobefem import _petsc
 from lobefem.balloon import Balloon
-from lobefem.chart import pressure_limit, require_prestress, solve_harmonics, stable_below
+from lobefem.chart import LINEAR, pressure_limit, require_prestress, solve_harmonics, stable_below
 from lobefem.cyclic import Sector
 from lobefem.eigenpairs import Pair, distinct, order, residual, run, solver
 from lobefem.equilibrium import require_whole
@@ -50,7 +50,12 @@ class CriticalPressure:
 
 
 def critical_pressure(
-    balloon: Balloon, *, harmonic: int | None = None, count: int = 2, full: bool = False
+    balloon: Balloon,
+    *,
+    harmonic: int | None = None,
+    count: int = 2,
+    full: bool = False,
+    at: tuple[float, float] = LINEAR,
 ) -> CriticalPressure:
     """The pressure at which the held ideal geometry turns unstable: K_m phi = -p K_g phi.
 
@@ -63,6 +68,8 @@ def critical_pressure(
         harmonic: look at this circumferential harmonic alone; None for all of them.
         count: how many critical pressures to look for; of each harmonic, if it is alone.
         full: use the full model on a cyclic mesh too.
+        at: the pressures [Pa] whose two tangents make K_m and K_g. Where K is linear in p they do not
+            matter.
 
     Raises:
         InputError: the balloon is not prestressed, or its mesh has no such harmonic.
@@ -77,9 +84,9 @@ def critical_pressure(
         raise InputError(f"harmonic = {harmonic} is looked at on one sector; leave out full=True")
     sector = _sector(balloon, harmonic) if not full else None
     if sector is None:
-        return _of_full_model(balloon, count)
+        return _of_full_model(balloon, count, at)
     chosen = sector.harmonics if harmonic is None else (harmonic,)
-    found = solve_harmonics(sector, chosen, count, comm=balloon.comm)
+    found = solve_harmonics(sector, chosen, count, comm=balloon.comm, at=at)
     first = min(found, key=lambda n: found[n].pressures[0])
     one, divisions = found[first], balloon.surface.divisions
     if one.vector is None:
@@ -104,9 +111,9 @@ def _sector(balloon: Balloon, harmonic: int | None) -> Sector | None:
         raise
 
 
-def _of_full_model(balloon: Balloon, count: int) -> CriticalPressure:
+def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> CriticalPressure:
     q = balloon.map.create_vector()
-    K_m, K_g = balloon.held_pencil()
+    K_m, K_g = balloon.held_pencil(*at)
     M, plates = balloon.mass(q), balloon.map.num_parameters
     divisions = balloon.surface.divisions
     symmetric = _petsc.asymmetry(K_g) < _petsc.SYMMETRIC

@@ -15,6 +15,7 @@ Eigenvalues of harmonic -n are the conjugates of those of n.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -32,7 +33,7 @@ from lobefem.surface import sector_of
 # isort: split
 from mpi4py import MPI
 
-__all__ = ["Sector", "sector_balloon"]
+__all__ = ["Sector", "as_scipy", "own_pairs", "sector_balloon"]
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -81,6 +82,8 @@ class Sector:
         balloon: the sector's balloon, on this rank alone.
         order: number N of sectors.
         num_slots: nodes that are free in a sector, far side left out.
+        columns: nodes on a ring of a sector, far side left out. With several of them, on quadratic cells
+            say, K_n holds N - n, N + n, ... too: `share` tells them apart.
 
     Raises:
         InputError: the surface has no equal sectors, or a node is held in some components only.
@@ -96,6 +99,8 @@ class Sector:
         self._table = places.keys[near][np.lexsort(places.keys[near].T[::-1])]
         self.num_slots = len(self._table)
         self._far = ~near
+        inside = np.unique(np.round(self._table[:, 1], -1))
+        self.columns = len(inside)
         self._slot = self._match(places)
         num, params = len(self._slot), constraint.num_parameters
         rows = np.repeat(np.arange(3 * num), 3)
@@ -107,20 +112,37 @@ class Sector:
 
     @property
     def harmonics(self) -> range:
-        """All harmonics of the mesh, 0 to N/2."""
-        return range(self.order // 2 + 1)
+        """All harmonics of the mesh, 0 to half the number of nodes on a ring."""
+        return range(self.columns * self.order // 2 + 1)
 
     def check(self, harmonic: int) -> None:
         """Refuse a harmonic that the mesh does not have, by an InputError."""
-        if not 0 <= harmonic <= self.order // 2:
+        highest = self.harmonics[-1]
+        if not 0 <= harmonic <= highest:
             raise InputError(
                 f"harmonic = {harmonic}: a mesh of {self.order} equal sectors has harmonics 0 to "
-                f"{self.order // 2}; try more divisions around"
+                f"{highest}; try more divisions around"
             )
 
     def copies(self, harmonic: int) -> int:
         """How often the full model has each eigenvalue of a harmonic: of n and of -n."""
-        return 1 if harmonic == 0 or 2 * harmonic == self.order else 2
+        return 1 if harmonic == 0 or 2 * harmonic == self.columns * self.order else 2
+
+    def share(self, vector: Complex, harmonic: int) -> float:
+        """Share of a harmonic, or its opposite, in a vector of K_n: 1 where a ring has one node a sector."""
+        if self.columns == 1:
+            return 1.0
+        field = vector[: 3 * self.num_slots].reshape(-1, 3)
+        angle = 2e-6 * np.pi / self.order * self._table[:, 1]
+        ring = np.cumsum(np.diff(self._table[:, 0], prepend=self._table[0, 0]) > 3)
+        power = 0.0
+        twice = 2 * harmonic % self.order == 0 and harmonic % (self.columns * self.order)
+        for n in (harmonic, -harmonic) if twice else (harmonic,):
+            part = np.zeros((ring[-1] + 1, 3), dtype=complex)
+            np.add.at(part, ring, field * np.exp(-1j * n * angle)[:, None])
+            power += float((np.abs(part) ** 2).sum()) / self.columns
+        whole = float((np.abs(field) ** 2).sum())
+        return power / whole if whole else 1.0  # of the plates alone
 
     def num_plates(self, harmonic: int) -> int:
         """Number of the plates' unknowns in a harmonic: the last ones of q_n."""
@@ -282,6 +304,27 @@ class Sector:
         if (result < 0).any():
             raise RuntimeError("the sector's nodes are not those of the whole mesh")
         return result
+
+
+def own_pairs(
+    sector: Sector, harmonic: int, find: Callable[[int], tuple[Any, ...]], count: int, size: int
+) -> tuple[Any, ...]:
+    """The first `count` eigenpairs that are mostly of a harmonic.
+
+    Args:
+        sector: whose problem it is.
+        harmonic: n.
+        find: count -> values, vectors in columns, and left vectors or None, in order.
+        count: how many are wanted; fewer come back where there are fewer.
+        size: of the problem.
+    """
+    wanted = count
+    while True:
+        values, vectors, *rest = find(min(wanted, size))
+        own = [k for k in range(len(values)) if sector.share(vectors[:, k], harmonic) > 0.5][:count]
+        if len(own) == count or wanted >= size:
+            return (values[own], vectors[:, own], *(None if v is None else v[:, own] for v in rest))
+        wanted *= 4
 
 
 def as_scipy(matrix: Any) -> Any:

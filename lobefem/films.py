@@ -18,7 +18,7 @@ import ufl
 
 from lobefem.errors import InputError
 
-__all__ = ["FILMS", "Film", "FixedWrinkles", "Isotropic", "TensionField"]
+__all__ = ["FILMS", "Film", "FixedWrinkles", "Isotropic", "TensionField", "WrinkledField"]
 
 Number = Callable[[float], Any]
 
@@ -162,7 +162,16 @@ class TensionField(Film):
         _check_share(self.slack_stiffness)
 
     def energy(self, strain: Any, number: Number = float) -> Any:
-        """The relaxed energy, written state by state.
+        """(1 - k) w + k w_iso."""
+        relaxed = self._relaxed(strain, number)
+        if not self.slack_stiffness:
+            return relaxed
+        share = number(self.slack_stiffness)
+        isotropic = _plane_stress(strain, number(self.Et), number(self.nu))
+        return (1 - share) * relaxed + share * isotropic
+
+    def _relaxed(self, strain: Any, number: Number) -> Any:
+        """The relaxed energy w, written state by state.
 
         The taut state is the isotropic energy and needs no root: unstrained film, e1 = e2 = 0,
         counts as taut, and the root's singular derivative is never reached.
@@ -176,11 +185,30 @@ class TensionField(Film):
         # the untaken branch is evaluated too: keep its root away from 0/0
         major = mean + ufl.sqrt(ufl.conditional(taut, 1.0, square))
         wrinkled = ufl.conditional(ufl.gt(major, 0), stiffness / 2 * major**2, 0.0)
-        relaxed = ufl.conditional(taut, isotropic, wrinkled)
-        if not self.slack_stiffness:
-            return relaxed
-        share = number(self.slack_stiffness)
-        return (1 - share) * relaxed + share * isotropic
+        return ufl.conditional(taut, isotropic, wrinkled)
+
+
+@dataclass(frozen=True)
+class WrinkledField(TensionField):
+    """The tension field's wrinkled state alone, w = E t/2 <e1>^2, continued where the film is taut.
+
+    For one-sided tangents at the boundary between the two (`lobefem.kink`). No larger than the tension
+    field's own energy, for it leaves out E t/(2(1 - nu^2)) <e2 + nu e1>^2.
+    """
+
+    def _relaxed(self, strain: Any, number: Number) -> Any:
+        mean = (strain[0, 0] + strain[1, 1]) / 2
+        square = ((strain[0, 0] - strain[1, 1]) / 2) ** 2 + strain[0, 1] ** 2
+        strained = ufl.gt(square, 0)
+        # the untaken branch is evaluated too: keep its root away from 0/0
+        major = mean + ufl.conditional(strained, ufl.sqrt(ufl.conditional(strained, square, 1.0)), 0.0)
+        return ufl.conditional(ufl.gt(major, 0), number(self.Et) / 2 * major**2, 0.0)
+
+    def regions(self, strain: Any, number: Number = float) -> tuple[Any, Any, Any]:
+        """Wrinkled everywhere but where no principal strain is positive: slack there."""
+        major, _ = _principal(strain)
+        slack = ufl.conditional(ufl.le(major, 0), 1.0, 0.0)
+        return 0 * slack, 1 - slack, slack
 
 
 def _check_share(share: float) -> None:

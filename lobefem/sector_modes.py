@@ -11,7 +11,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from lobefem._banded import asymmetry, lowest
-from lobefem.cyclic import Sector, as_scipy
+from lobefem.cyclic import Sector, as_scipy, own_pairs
 from lobefem.errors import LobefemError
 
 __all__ = ["SectorMode", "mass_matrix", "modes_of_harmonics"]
@@ -96,8 +96,9 @@ class _Raw:
     @classmethod
     def solve(cls, sector: Sector, K: Any, M: Any, n: int, count: int, scale: float) -> _Raw:
         K_n, M_n = sector.reduce(K, n), sector.reduce(M, n)
-        found = lowest(K_n, M_n, count, scale)
-        return cls(n, sector.copies(n), K_n, M_n, *found, asymmetry(K_n))
+        found = own_pairs(sector, n, lambda k: lowest(K_n, M_n, k, scale), count, K_n.shape[0])
+        values, right, left = found
+        return cls(n, sector.copies(n), K_n, M_n, values, right, left, asymmetry(K_n))
 
     def mode(self, sector: Sector, q: Any, k: int) -> SectorMode:
         x = self.right[:, k] / np.sqrt(np.vdot(self.right[:, k], self.M @ self.right[:, k]).real)

@@ -7,6 +7,7 @@ held K(p) = K_m + p K_g: so all branches of a sweep cost little more than two as
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ from lobefem._banded import lowest
 from lobefem.balloon import Balloon
 from lobefem.branches import Branch
 from lobefem.chart import sector_pencil
-from lobefem.cyclic import Sector
+from lobefem.cyclic import Sector, own_pairs
 from lobefem.errors import InputError
 from lobefem.harmonics import kind_of
 from lobefem.sector_modes import mass_matrix
@@ -66,7 +67,16 @@ def branches(
         # rows: pressures; columns: the lowest, ascending
         wanted = count if n else 4 * count  # of n = 0 there are two kinds
         scale = 1e-2 / np.sqrt(balloon.reference_area * balloon.surface.copies)
-        pairs = [lowest(K_mn + value * K_gn, M_n, wanted, max(scale * value, 1e-6))[:2] for value in p]
+        pairs = [
+            own_pairs(
+                sector,
+                n,
+                partial(lowest, K_mn + value * K_gn, M_n, scale=max(scale * value, 1e-6)),
+                wanted,
+                K_mn.shape[0],
+            )[:2]
+            for value in p
+        ]
         if n == 0:
             both = _axisymmetric(pairs, p, 3 * sector.num_slots)
             found += [b for b in both if b.rank < count and len(b.values) == len(p)]

@@ -11,7 +11,7 @@ from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from lobefem.errors import InputError
-from lobefem.films import FILMS, FixedWrinkles, Isotropic, TensionField
+from lobefem.films import FILMS, FixedWrinkles, Isotropic, TensionField, WrinkledField
 
 ET, NU = 3.5e9 * 5e-5, 0.3
 STATES = ("taut", "wrinkled", "slack")
@@ -119,6 +119,33 @@ def test_tension_field_tangent_in_principal_axes(state):
             "slack": np.zeros((3, 3)),
         }[state]
         np.testing.assert_allclose(D, expected, rtol=0, atol=1e-11 * ET)
+
+
+def test_one_sided_tangents_at_the_boundary_of_taut_and_wrinkled():
+    """C_t - C_w = E t/(1 - nu^2) a a^T, a = (nu, 1, 0): both have the isotropic shear stiffness."""
+    strain = np.diag([2e-3, -NU * 2e-3])
+    energy, stress, C = at(WrinkledField(slack_stiffness=0.0), strain)
+    taut_energy, taut_stress, D = at(Isotropic(), strain)
+    assert energy == pytest.approx(taut_energy, rel=1e-12)
+    np.testing.assert_allclose(stress, taut_stress, atol=1e-12 * ET)
+    a = np.diag([NU, 1.0])
+    np.testing.assert_allclose(D - C, ET / (1 - NU**2) * np.multiply.outer(a, a), atol=1e-10 * ET)
+    assert C[0, 0, 0, 0] == pytest.approx(ET)
+    assert C[0, 1, 0, 1] == pytest.approx(ET / (2 * (1 + NU)))
+
+
+def test_wrinkled_field_is_the_tension_field_but_for_taut_film():
+    wrinkled, field = WrinkledField(slack_stiffness=1e-3), TensionField(slack_stiffness=1e-3)
+    for major, minor, same in ((2e-3, -1e-3, True), (-1e-3, -2e-3, True), (2e-3, 1e-3, False)):
+        strain = turn(np.diag([major, minor]), 0.4)
+        (w, S, C), (v, T, D) = at(wrinkled, strain), at(field, strain)
+        if same:
+            assert w == pytest.approx(v, rel=1e-12)
+            np.testing.assert_allclose(S, T, atol=1e-12 * ET)
+            np.testing.assert_allclose(C, D, atol=1e-10 * ET)
+        else:
+            assert w < v
+    assert np.isfinite(at(wrinkled, np.zeros((2, 2)))[2]).all()
 
 
 def test_secant_and_tangent_differ_where_the_direction_turns():
