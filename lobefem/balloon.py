@@ -28,6 +28,7 @@ from lobefem.constraints import ConstraintMap
 from lobefem.errors import InputError
 from lobefem.films import Film
 from lobefem.forms import WeakForms
+from lobefem.imp import PrescribedPath
 from lobefem.kinematics import Frame, revolved_frame
 from lobefem.loads import GasPressure, film_volume
 from lobefem.plates import EndPlates, PlateMotion
@@ -60,7 +61,9 @@ class Balloon:
             most one `EndPlates`.
         prestressed: build the isotensoid's stress N_phi = p0 R0^2/(2 R) into the film (paper eq. 4),
             and the matching tension into the cords; p0 is the `prestress` of a state.
-        hoop_slack: hoop slack s >= 0 of the prestressed film (strain).
+        hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain).
+        load_path: a state found with a `PrescribedPath` film on this surface; its stress is built into
+            the film, which carries it in that state's shape (paper sec. 4).
         frame: the film's frame; by default that of a surface of revolution about the axis.
         quadrature_degree: for the film's energy; by default exact for the element where it can be.
 
@@ -78,6 +81,7 @@ class Balloon:
         *,
         prestressed: bool = False,
         hoop_slack: float = 0.0,
+        load_path: Any = None,
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
     ) -> None:
@@ -95,6 +99,16 @@ class Balloon:
             raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
         if prestressed and not hasattr(surface.shape, "R0"):
             raise InputError("prestress needs an isotensoid; this surface is another shape")
+        if load_path is not None:
+            if prestressed:
+                raise InputError("the film gets its stress from the load path or by prestress, not from both")
+            if not isinstance(load_path.balloon.film, PrescribedPath):
+                raise InputError(
+                    f"load_path is a state of {type(load_path.balloon.film).__name__} film; give one that "
+                    "was inflated with PrescribedPath film"
+                )
+            if load_path.balloon.mesh is not surface.mesh:
+                raise InputError("load_path is a state on another mesh; build both balloons on one surface")
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
         # degree of geometry and displacement, from the nodes of a cell
@@ -107,7 +121,7 @@ class Balloon:
         self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
         self.motion = self._plate_motion()
         self.map = self._constraint_map(held)
-        self.forms = WeakForms(self, hoop_slack, quadrature_degree)
+        self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._frozen = self.motion.area_vectors if self.motion else np.zeros((2, 3))
         self._tangents: dict[int, Any] = {}
         self._mass: Any = None
@@ -234,9 +248,8 @@ class Balloon:
 
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] in the present displacement. Collective."""
-        strain = ufl.variable(self.forms.strain)
-        S = ufl.diff(self.film.energy(strain, self.forms.number), strain)
-        N = ufl.as_vector([S[0, 0], S[1, 1], (S[0, 1] + S[1, 0]) / 2])
+        S = self.film.stress(self.forms.strain, self.forms.number)
+        N = ufl.as_vector([S[0, 0], S[1, 1], S[0, 1]])
         return self._cell_means(N, "stress resultants")
 
     def _cell_means(self, expression: Any, name: str) -> Any:
@@ -266,7 +279,12 @@ class Balloon:
 
         Returns:
             the energy, and the size of the terms whose sum it is (for its round-off).
+
+        Raises:
+            InputError: the film's stress is no energy's gradient.
         """
+        if not self.forms.has_energy:
+            raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
         self.place(q)
         elastic = self.comm.allreduce(fem.assemble_scalar(self.forms.elastic))
         volume = self.comm.allreduce(fem.assemble_scalar(self.forms.volume))
@@ -278,8 +296,13 @@ class Balloon:
         work = float(self.pressure.value) * volume
         return elastic - work, abs(elastic) + abs(work)
 
-    def strain_energy(self) -> float:
-        """Strain energy of film, cords and bar [J] in the present displacement. Collective."""
+    def strain_energy(self) -> float | None:
+        """Strain energy of film, cords and bar [J] in the present displacement. Collective.
+
+        None for a film whose stress is no energy's gradient.
+        """
+        if not self.forms.has_energy:
+            return None
         bar = self.motion.bar_energy(self._w, self._bar_built_in)[0] if self.motion else 0.0
         return self.comm.allreduce(fem.assemble_scalar(self.forms.elastic)) + bar
 
@@ -310,15 +333,17 @@ class Balloon:
         gradient, _ = self._plate_terms(r)
         self.map.reduce(r, gradient, dw, out)
 
-    def tangent(self, q: Any, slot: int = 0) -> Any:
+    def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False) -> Any:
         """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
 
         Args:
             q: unknowns.
             slot: calls with another slot keep a matrix of their own.
+            iteration: True for the matrix that the film wants in Newton's method, maybe a secant.
         """
         self._w, dw, d2w = self.map.displace(q, self.u)
-        K = _dolfinx.assemble_matrix(self._full_tangent, self.forms.tangent)
+        form = self.forms.iteration if iteration else self.forms.tangent
+        K = _dolfinx.assemble_matrix(self._full_tangent, form)
         J = self.map.jacobian(self._w, dw)
         reduced = K.ptap(J, result=self._tangents.get(slot))
         if self.map.num_parameters:

@@ -55,7 +55,8 @@ class Equilibrium:
         residual: norm of the reduced residual [N, N m].
         relative_residual: the same over the norm of the pressure's nodal forces.
         volume: enclosed by film and plates [m^3].
-        strain_energy: of film, cords and bar [J], built-in stress included.
+        strain_energy: of film, cords and bar [J], built-in stress included; None for a film whose
+            stress is no energy's gradient.
         max_displacement: largest nodal displacement [m].
         bar_force: [N], tension positive; None without a bar or with both rims held.
         hoop_tension: mean tension of each cord group [N].
@@ -75,7 +76,7 @@ class Equilibrium:
     residual: float
     relative_residual: float
     volume: float
-    strain_energy: float
+    strain_energy: float | None
     max_displacement: float
     bar_force: float | None
     hoop_tension: tuple[float, ...]
@@ -230,7 +231,7 @@ class _Newton:
     def __init__(self, balloon: Balloon, q: Any, rtol: float, max_iterations: int) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
-        K = balloon.tangent(q)
+        K = balloon.tangent(q, iteration=True)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(PREFIX)
         snes.setType(PETSc.SNES.Type.NEWTONLS)
@@ -238,8 +239,9 @@ class _Newton:
         snes.setJacobian(self._tangent, K)
         self._base: float | None = None
         # `closed` pressure has a potential; `film` pressure has none where an edge of the film moves
-        symmetric = balloon.load.convention == "closed" or self._is_symmetric(q)
-        if symmetric or balloon.motion is not None:
+        has_energy = balloon.forms.has_energy
+        symmetric = has_energy and (balloon.load.convention == "closed" or self._is_symmetric(q))
+        if has_energy and (symmetric or balloon.motion is not None):
             snes.setObjective(self._objective)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         _petsc.set_direct_solver(snes.getKSP(), symmetric)
@@ -258,7 +260,7 @@ class _Newton:
 
     def _tangent(self, snes: Any, x: Any, J: Any, P: Any) -> None:
         self._base = None
-        self.balloon.tangent(x)
+        self.balloon.tangent(x, iteration=True)
 
     def _objective(self, snes: Any, x: Any) -> float:
         """The energy (see `Balloon.energy`); a change within its round-off counts as none.
