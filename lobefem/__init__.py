@@ -23,9 +23,12 @@ _HOME = {
     "HarmonicChart": "chart",
     "Held": "balloon",
     "Hoops": "cables",
+    "IMP": "imp",
     "Isotensoid": "isotensoid",
     "Isotropic": "films",
     "Modes": "stability",
+    "PlateLoad": "plates",
+    "PrescribedPath": "imp",
     "Surface": "surface",
     "TensionField": "films",
     "critical_pressure": "critical",
@@ -46,9 +49,10 @@ if TYPE_CHECKING:
     from lobefem.critical import CriticalPressure, critical_pressure
     from lobefem.equilibrium import Equilibrium, ideal_state, inflate
     from lobefem.films import FixedWrinkles, Isotropic, TensionField
+    from lobefem.imp import IMP, PrescribedPath
     from lobefem.isotensoid import Isotensoid
     from lobefem.loads import GasPressure
-    from lobefem.plates import EndPlates
+    from lobefem.plates import EndPlates, PlateLoad
     from lobefem.stability import Modes, find_modes
     from lobefem.surface import Surface, cylinder, lobed_cylinder
 
@@ -56,7 +60,7 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         # DOLFINx's seams first: PyPI's stack must be bootstrapped before any of its parts
-        if _HOME[name] not in ("isotensoid", "films", "loads", "cables", "plates"):
+        if _HOME[name] not in ("isotensoid", "films", "imp", "loads", "cables", "plates"):
             import_module("lobefem._dolfinx")
         return getattr(import_module(f"lobefem.{_HOME[name]}"), name)
     raise AttributeError(f"module 'lobefem' has no attribute '{name}'")

@@ -1,7 +1,7 @@
 """`Balloon`: surface, film and parts put together as energy, residual and tangent in q.
 
 All that has an energy is written once as an energy; residual and tangent are its derivatives. Only
-the `film` pressure is a residual of its own.
+the `film` pressure, and a film law written as a stress, are residuals of their own.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from lobefem.forms import WeakForms
 from lobefem.imp import PrescribedPath
 from lobefem.kinematics import Frame, revolved_frame
 from lobefem.loads import GasPressure, film_volume
-from lobefem.plates import EndPlates, PlateMotion
+from lobefem.plates import EndPlates, PlateLoad, PlateMotion
 
 __all__ = ["Balloon", "Held"]
 
@@ -40,15 +40,21 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Held:
-    """Displacement components held at zero, for films without plates.
+    """Displacement components that are given, zero by default, for films without plates.
 
     Args:
         on: name of an edge group, or a function of coordinates x (3, n) that marks nodes (n,).
         components: which of 0, 1, 2 are held.
+        displacement: a function of coordinates x (3, n) that gives the displacements (3, n) [m] at
+            which they are held; where parts overlap the first one counts.
     """
 
     on: str | Callable[[Array], npt.NDArray[np.bool_]]
     components: tuple[int, ...] = (0, 1, 2)
+    displacement: Callable[[Array], Array] | None = None
+
+
+_PARTS = (GasPressure, Cords, EndPlates, PlateLoad, Held)
 
 
 class Balloon:
@@ -58,7 +64,7 @@ class Balloon:
         surface: where the film lies (`lobefem.surface`).
         film: its law.
         parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
-            most one `EndPlates`.
+            most one `EndPlates`, and with moving ones at most one `PlateLoad`.
         prestressed: build the isotensoid's stress N_phi = p0 R0^2/(2 R) into the film (paper eq. 4),
             and the matching tension into the cords; p0 is the `prestress` of a state.
         hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain).
@@ -87,16 +93,15 @@ class Balloon:
     ) -> None:
         self.surface, self.film, self.prestressed = surface, film, prestressed
         self.parts, self.hoop_slack, self.quadrature_degree = tuple(parts), hoop_slack, quadrature_degree
-        self.given_frame = frame
+        self.given_frame, self.load_path = frame, load_path
         self.cords = tuple(p for p in parts if isinstance(p, Cords))
         held = [p for p in parts if isinstance(p, Held)]
         self.load: GasPressure = _single(parts, GasPressure) or GasPressure()
         self.plates: EndPlates | None = _single(parts, EndPlates)
-        unknown = [p for p in parts if not isinstance(p, (Cords, Held, GasPressure, EndPlates))]
+        unknown = [p for p in parts if not isinstance(p, _PARTS)]
         if unknown:
-            raise InputError(
-                f"{unknown[0]!r} is no part of a balloon; use GasPressure, Cords, EndPlates or Held"
-            )
+            names = ", ".join(kind.__name__ for kind in _PARTS)
+            raise InputError(f"{unknown[0]!r} is no part of a balloon; use one of {names}")
         if not 0 <= hoop_slack < 1:
             raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
         if prestressed and not hasattr(surface.shape, "R0"):
@@ -122,6 +127,7 @@ class Balloon:
         self.prestress = fem.Constant(self.mesh, 0.0)
         self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
         self.motion = self._plate_motion()
+        self._plate_load = self._dead_load(_single(parts, PlateLoad))
         self.map = self._constraint_map(held)
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._frozen = self.motion.area_vectors if self.motion else np.zeros((2, 3))
@@ -162,15 +168,26 @@ class Balloon:
 
     def _constraint_map(self, held: list[Held]) -> ConstraintMap:
         rims = tuple(self.edge_nodes(n) for n in ("rim_bottom", "rim_top")) if self.motion else ()
-        dofs = [np.empty(0, dtype=np.int32)]
+        dofs, values = [np.empty(0, dtype=np.int32)], [np.empty(0)]
+        x = self.V.tabulate_dof_coordinates().T
         for part in held:
             if callable(part.on):
                 nodes = fem.locate_dofs_geometrical(self.V, part.on)
             else:
                 nodes = self.edge_nodes(part.on)
+            given = np.zeros((3, nodes.size)) if part.displacement is None else part.displacement(x[:, nodes])
             dofs += [3 * nodes + c for c in part.components]
-        fixed = np.unique(np.concatenate(dofs)).astype(np.int32)
-        return ConstraintMap(self.V, self.motion, rims, fixed, np.zeros(fixed.size))
+            values += [given[c] for c in part.components]
+        fixed, first = np.unique(np.concatenate(dofs), return_index=True)
+        return ConstraintMap(self.V, self.motion, rims, fixed.astype(np.int32), np.concatenate(values)[first])
+
+    def _dead_load(self, load: PlateLoad | None) -> Array:
+        """Forces and moments (12,) on both plates, conjugate to w [N, N m]."""
+        if load is None:
+            return np.zeros(12)
+        if self.motion is None or not self.motion.moving:
+            raise InputError(f"{load} needs EndPlates of which the top one moves, as with support 'clamped'")
+        return np.concatenate([np.zeros(6), load.force, load.moment])
 
     def edge_nodes(self, group: str) -> npt.NDArray[np.int32]:
         """Node indices, owned and ghosts, of an edge group. Collective."""
@@ -276,7 +293,7 @@ class Balloon:
             self._frozen = self.motion.turned_area_vectors(w)
 
     def energy(self, q: Any) -> tuple[float, float]:
-        """Potential energy at q [J], strain energy - p (V - V of the reference shape). Collective.
+        """Potential energy at q [J]: of strain, -p (V - V of the reference shape), dead load. Collective.
 
         The `film` load differs from `closed` by a force p A n(theta) on each plate's centre, which has
         no potential; here it keeps the direction of the last `freeze_plates`, so that the energy's
@@ -298,7 +315,7 @@ class Balloon:
             volume += self.motion.volume_change(self._w)[0]
             if self.load.convention == "film":
                 volume -= float((self._frozen * self._w.reshape(2, 6)[:, :3]).sum())
-        work = float(self.pressure.value) * volume
+        work = float(self.pressure.value) * volume + float(self._plate_load @ self._w)
         return elastic - work, abs(elastic) + abs(work)
 
     def strain_energy(self) -> float | None:
@@ -317,7 +334,7 @@ class Balloon:
         if self.motion is not None:
             _, g, h = self.motion.volume_change(self._w)
             p = self._plate_pressure
-            gradient, hessian = gradient - p * g, hessian - p * h
+            gradient, hessian = gradient - p * g - self._plate_load, hessian - p * h
             self._top_force = gradient[6:9].copy()
             _, g, h = self.motion.bar_energy(self._w, self._bar_built_in)
             gradient, hessian = gradient + g, hessian + h

@@ -15,12 +15,13 @@ from states import nodes, unknowns, wavy
 from lobefem import _petsc
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
+from lobefem.cyclic import sector_balloon
 from lobefem.equilibrium import inflate
 from lobefem.errors import InputError
 from lobefem.films import Isotropic, TensionField
 from lobefem.imp import IMP, PrescribedPath
 from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
+from lobefem.plates import EndPlates, PlateLoad
 from lobefem.surface import lobed_cylinder
 
 RATIOS = {"taut": (-0.9 * NU, 0.999), "wrinkled": (-5, -1.1 * NU), "slack": (1.001, 5)}
@@ -243,6 +244,17 @@ def test_load_path_must_fit(comm):
         InputError, match=r"^load_path is a state of Isotropic film; give one .* PrescribedPath"
     ):
         stack(comm, TensionField(), surface, load_path=other)
+
+
+def test_a_single_harmonic_has_no_load_path(comm):
+    surface = lobed_cylinder(2, (2, 4), comm=comm)
+    path = inflate(stack(comm, PrescribedPath(slack_stiffness=1e-3), surface), 1.0)
+    for balloon in (
+        stack(comm, TensionField(), surface, load_path=path),
+        Balloon(surface, TensionField(), [EndPlates(), PlateLoad((0, 0, 1))]),
+    ):
+        with pytest.raises(InputError, match=r"^a single harmonic is of the shape as drawn; leave load_path"):
+            sector_balloon(balloon)
 
 
 def test_tangent_is_one_of_two_words():
