@@ -58,13 +58,14 @@ def stack(surface: Any, film: Film, **options: Any) -> Balloon:
 def along_the_meridian(state: Equilibrium) -> dict[str, list[float]]:
     """Stresses [Pa] of each ring of cells: mean, least and largest around, and eq. 4's. Collective.
 
-    Resultants over the thickness of undeformed film; strains are 1e-4, and so is the difference to
-    the true stress. Eq. 4 is taken on the exact meridian, half way between the ring's nodes.
+    True resultants over the film's thickness. Eq. 4 is taken on the exact meridian, half way between
+    the ring's nodes.
     """
     balloon, surface = state.balloon, state.balloon.surface
     shape, rings = surface.shape, surface.divisions[0]
     owned = balloon.mesh.topology.index_map(2).size_local
-    N = state.stress_resultants().x.array.reshape(-1, 3)[:owned]
+    state.activate()
+    N = balloon.true_resultants().x.array.reshape(-1, 3)[:owned]
     x = balloon.V.tabulate_dof_coordinates()[balloon.V.dofmap.list[:owned]].mean(axis=1)
     x, N = (np.concatenate(balloon.comm.allgather(part)) for part in (x, N))
     stations = shape.stations(rings)

@@ -12,11 +12,12 @@ from lobefem.cyclic import Sector
 from lobefem.equilibrium import ideal_state, inflate
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
+from lobefem.formfinding import find_form
 from lobefem.kinematics import revolved_frame
 from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
-from lobefem.surface import lobed_cylinder
+from lobefem.surface import cylinder, lobed_cylinder
 
 CASES = {
     "single, film": {"lobes": 1, "divisions": (6, 9), "load": "film", "film": FixedWrinkles()},
@@ -112,6 +113,15 @@ def test_modes_of_an_inflated_state_by_harmonics():
     assert alone.values[0] == pytest.approx(alone.values[1])
 
 
+def test_a_formed_lobe_has_its_harmonics_too():
+    form = find_form(cylinder(2.0, 4.19, (8, 12)), 20.0)
+    surface = form.surface(2, (6, 10))
+    parts = [GasPressure("film"), Hoops(), EndPlates()]
+    balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
+    full, split = critical_pressure(balloon, full=True), critical_pressure(balloon)
+    assert split.pressure == pytest.approx(full.pressure, rel=1e-8)
+
+
 def test_a_state_without_the_symmetry_is_refused():
     balloon = build(1, (4, 8), "closed", Isotropic())
     state = ideal_state(balloon, 1000.0)
@@ -148,7 +158,11 @@ def test_a_vector_of_one_harmonic_is_one_of_the_full_model():
 
 def test_critical_pressure_of_a_harmonic_is_that_of_the_full_model():
     balloon = build(lobes=1, divisions=(12, 20), load="film", film=FixedWrinkles())
-    full = critical_pressure(balloon)
+    full = critical_pressure(balloon, full=True)
+    every = critical_pressure(balloon)
+    assert np.allclose(every.pressures, full.pressures, rtol=1e-8)
+    assert len(every.pressures) == 2
+    assert every.mode.harmonic == full.mode.harmonic
     one = critical_pressure(balloon, harmonic=full.mode.harmonic)
     assert one.pressure == pytest.approx(full.pressure, rel=1e-8)
     assert one.mode.harmonic == full.mode.harmonic
@@ -182,6 +196,8 @@ def test_what_cannot_be_reduced_is_refused():
         find_modes(ideal_state(balloon, 10.0), harmonics=[2, 5])
     with pytest.raises(InputError, match="no harmonics are given"):
         find_modes(ideal_state(balloon, 10.0), harmonics=[])
+    with pytest.raises(InputError, match="leave out full=True"):
+        critical_pressure(balloon, harmonic=2, full=True)
     free = lobed_cylinder(1, layout="unstructured", size=2.0)
     parts = [EndPlates(support="fixed")]
     with pytest.raises(InputError, match="needs a cyclic mesh; use mesh layout 'structured'"):
