@@ -15,6 +15,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Balloon": "balloon",
     "Cords": "cables",
+    "CriticalPoint": "tracing",
     "CriticalPressure": "critical",
     "EndPlates": "plates",
     "Equilibrium": "equilibrium",
@@ -33,6 +34,8 @@ _HOME = {
     "PrescribedPath": "imp",
     "Surface": "surface",
     "TensionField": "films",
+    "Trace": "tracing",
+    "critical_point": "tracing",
     "critical_pressure": "critical",
     "cylinder": "surface",
     "find_form": "formfinding",
@@ -42,6 +45,7 @@ _HOME = {
     "inflate": "equilibrium",
     "isotensoid_stiffness": "formed",
     "lobed_cylinder": "surface",
+    "trace": "tracing",
 }
 
 __all__ = [*_HOME, "__version__"]
@@ -61,6 +65,7 @@ if TYPE_CHECKING:
     from lobefem.plates import EndPlates, PlateLoad
     from lobefem.stability import Modes, find_modes
     from lobefem.surface import Surface, cylinder, lobed_cylinder
+    from lobefem.tracing import CriticalPoint, Trace, critical_point, trace
 
 
 def __getattr__(name: str) -> Any:

@@ -63,6 +63,7 @@ class Equilibrium:
         taut_area, wrinkled_area, slack_area: reference areas [m^2].
         num_dofs: displacement components of all nodes.
         steps: pressures at which Newton's method converged on the way [Pa].
+        parameter: of the guide that leads the balloon [m or rad], 0 without one.
     """
 
     balloon: Balloon = field(repr=False)
@@ -85,6 +86,7 @@ class Equilibrium:
     slack_area: float
     num_dofs: int
     steps: tuple[float, ...] = ()
+    parameter: float = 0.0
 
     def vector(self) -> Any:
         """The unknowns q as a PETSc vector. Collective."""
@@ -95,6 +97,8 @@ class Equilibrium:
     def activate(self) -> Any:
         """Put this state's loads and displacement back into its balloon; returns q. Collective."""
         self.balloon.set_loads(self.pressure, self.prestress)
+        if self.balloon.guide is not None:
+            self.balloon.guide.parameter = self.parameter
         q = self.vector()
         self.balloon.place(q)
         return q
@@ -251,14 +255,22 @@ def _step(
 
 
 class _Newton:
-    """SNES on a balloon's reduced residual and tangent."""
+    """SNES on a balloon's reduced residual and tangent, its options under a prefix."""
 
-    def __init__(self, balloon: Balloon, q: Any, rtol: float, max_iterations: int) -> None:
+    def __init__(
+        self,
+        balloon: Balloon,
+        q: Any,
+        rtol: float,
+        max_iterations: int,
+        prefix: str = PREFIX,
+        line_search: str = "bt",
+    ) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
         K = balloon.tangent(q, iteration=True)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
-        snes.setOptionsPrefix(PREFIX)
+        snes.setOptionsPrefix(prefix)
         snes.setType(PETSc.SNES.Type.NEWTONLS)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
         snes.setJacobian(self._tangent, K)
@@ -269,9 +281,10 @@ class _Newton:
         if has_energy and (symmetric or balloon.motion is not None):
             snes.setObjective(self._objective)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
+        snes.setConvergenceTest(self._converged)
         _petsc.set_direct_solver(snes.getKSP(), symmetric)
         # petsc4py before 3.23 has no handle on the line search
-        with _petsc.options(PREFIX, {"snes_linesearch_type": "bt"}):
+        with _petsc.options(prefix, {"snes_linesearch_type": line_search}):
             snes.setFromOptions()
 
     def _is_symmetric(self, q: Any) -> bool:
@@ -285,7 +298,21 @@ class _Newton:
 
     def _tangent(self, snes: Any, x: Any, J: Any, P: Any) -> None:
         self._base = None
-        self.balloon.tangent(x, iteration=True)
+        self._stiffness = self.balloon.tangent(x, iteration=True).getDiagonal()
+
+    def _converged(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
+        """Below the tolerance, or below what the last digit of the unknowns makes of stiff hoops.
+
+        A hoop of 5e9 N/m an edge turns the rounding of a displacement of 0.3 m into 1e-7 N.
+        """
+        x = snes.getSolution()
+        floor = 0.0
+        if iteration:
+            noise = x.duplicate()
+            noise.pointwiseMult(self._stiffness, x)
+            floor = np.finfo(float).eps / 2 * noise.norm()
+        done = norms[2] <= max(self._atol, floor)
+        return PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS if done else 0
 
     def _objective(self, snes: Any, x: Any) -> float:
         """The energy (see `Balloon.energy`); a change within its round-off counts as none.
@@ -307,7 +334,7 @@ class _Newton:
         self.balloon.residual(q, self._r)
         if scale == 0.0:
             scale = self._r.norm() or 1.0
-        self.snes.setTolerances(atol=self.rtol * scale)
+        self._atol = self.rtol * scale
         self.snes.solve(None, q)
         self.norm = self.snes.getFunctionNorm()
         reason: Any = self.snes.getConvergedReason()
@@ -355,6 +382,7 @@ def _record(
         slack_area=slack,
         num_dofs=3 * balloon.V.dofmap.index_map.size_global,
         steps=steps,
+        parameter=balloon.guide.parameter if balloon.guide is not None else 0.0,
     )
 
 

@@ -32,9 +32,9 @@ def film_surface(comm, points, cells, cell="triangle"):
         axis=np.array([0.0, 0.0, 1.0]),
         shape=None,
         cyclic_order=None,
+        copies=1,
         divisions=None,
         num_lobes=1,
-        copies=1,
     )
 
 
