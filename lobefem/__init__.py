@@ -26,9 +26,12 @@ _HOME = {
     "HarmonicChart": "chart",
     "Held": "balloon",
     "Hoops": "cables",
+    "IMP": "imp",
     "Isotensoid": "isotensoid",
     "Isotropic": "films",
     "Modes": "stability",
+    "PlateLoad": "plates",
+    "PrescribedPath": "imp",
     "Surface": "surface",
     "TensionField": "films",
     "Trace": "tracing",
@@ -56,9 +59,10 @@ if TYPE_CHECKING:
     from lobefem.films import FixedWrinkles, Isotropic, TensionField
     from lobefem.formed import FormedLobe, isotensoid_stiffness
     from lobefem.formfinding import Form, find_form
+    from lobefem.imp import IMP, PrescribedPath
     from lobefem.isotensoid import Isotensoid
     from lobefem.loads import GasPressure
-    from lobefem.plates import EndPlates
+    from lobefem.plates import EndPlates, PlateLoad
     from lobefem.stability import Modes, find_modes
     from lobefem.surface import Surface, cylinder, lobed_cylinder
     from lobefem.tracing import CriticalPoint, Trace, critical_point, trace
@@ -67,7 +71,7 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         # DOLFINx's seams first: PyPI's stack must be bootstrapped before any of its parts
-        if _HOME[name] not in ("isotensoid", "formed", "films", "loads", "cables", "plates"):
+        if _HOME[name] not in ("isotensoid", "formed", "films", "imp", "loads", "cables", "plates"):
             import_module("lobefem._dolfinx")
         return getattr(import_module(f"lobefem.{_HOME[name]}"), name)
     raise AttributeError(f"module 'lobefem' has no attribute '{name}'")

@@ -58,7 +58,7 @@ class EnergySearch:
     def tangent(self, snes: Any, x: Any) -> Any:
         """The balloon's tangent at x, from where a new line search starts. Collective."""
         self._base = None
-        K = self.balloon.tangent(x)
+        K = self.balloon.tangent(x, iteration=True)
         follow_pattern(snes, self.balloon)
         self._stiffness = K.getDiagonal(self._stiffness)
         return K
@@ -95,8 +95,11 @@ class EnergySearch:
 def has_symmetric_load(balloon: Balloon, q: Any) -> bool:
     """Whether the load stiffness is symmetric at q, by its assembled matrix at 1 Pa. Collective.
 
-    `closed` pressure has a potential; `film` pressure has none where an edge of the film moves.
+    `closed` pressure has a potential; `film` pressure has none where an edge of the film moves. A film
+    whose stress is no energy's gradient has no symmetric tangent under any load.
     """
+    if not balloon.forms.has_energy:
+        return False
     if balloon.load.convention == "closed":
         return True
     loads = float(balloon.pressure.value), float(balloon.prestress.value)
@@ -149,7 +152,7 @@ def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = 
     """
     snes.setType(PETSc.SNES.Type.NEWTONLS)
     # only the plates' share of a load without potential can be frozen over a line search
-    if symmetric or search.balloon.motion is not None:
+    if search.balloon.forms.has_energy and (symmetric or search.balloon.motion is not None):
         snes.setObjective(search)
     snes.setConvergenceTest(search.converged)
     _petsc.set_direct_solver(snes.getKSP(), symmetric)
@@ -186,7 +189,7 @@ class Newton:
         self._r = q.duplicate()
         search = EnergySearch(balloon)
         symmetric = has_symmetric_load(balloon, q)
-        K = balloon.tangent(q)
+        K = balloon.tangent(q, iteration=True)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)

@@ -1,7 +1,7 @@
 """`Balloon`: surface, film and parts put together as energy, residual and tangent in q.
 
 All that has an energy is written once as an energy; residual and tangent are its derivatives. Only
-the `film` pressure is a residual of its own.
+the `film` pressure, and a film law written as a stress, are residuals of their own.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ from lobefem.errors import InputError
 from lobefem.films import Film
 from lobefem.forms import WeakForms
 from lobefem.guides import Guide
+from lobefem.imp import PrescribedPath
 from lobefem.kinematics import Frame, revolved_frame, true_resultants
 from lobefem.loads import GasPressure, film_volume
 from lobefem.lobe import Lobe
-from lobefem.plates import EndPlates, PlateMotion
+from lobefem.plates import EndPlates, PlateLoad, PlateMotion
 
 __all__ = ["Balloon", "Held"]
 
@@ -43,15 +44,21 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Held:
-    """Displacement components held at zero, for films without plates.
+    """Displacement components that are given, zero by default, for films without plates.
 
     Args:
         on: name of an edge group, or a function of coordinates x (3, n) that marks nodes (n,).
         components: which of 0, 1, 2 are held.
+        displacement: a function of coordinates x (3, n) that gives the displacements (3, n) [m] at
+            which they are held; where parts overlap the first one counts.
     """
 
     on: str | Callable[[Array], npt.NDArray[np.bool_]]
     components: tuple[int, ...] = (0, 1, 2)
+    displacement: Callable[[Array], Array] | None = None
+
+
+_PARTS = (GasPressure, Cords, EndPlates, PlateLoad, Held, SelfContact)
 
 
 class Balloon:
@@ -61,10 +68,12 @@ class Balloon:
         surface: where the film lies (`lobefem.surface`).
         film: its law.
         parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
-            most one `EndPlates`, at most one `SelfContact`.
+            most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`.
         prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
             (paper eq. 4), and the matching tension into the cords; p0 is the `prestress` of a state.
-        hoop_slack: hoop slack s >= 0 of the prestressed film (strain).
+        hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain).
+        load_path: a state found with a `PrescribedPath` film on this surface; its stress is built into
+            the film, which carries it in that state's shape (paper sec. 4).
         frame: the film's frame; by default that of a surface of revolution about the axis.
         quadrature_degree: for the film's energy; by default exact for the element where it can be.
 
@@ -82,27 +91,36 @@ class Balloon:
         *,
         prestressed: bool = False,
         hoop_slack: float = 0.0,
+        load_path: Any = None,
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
     ) -> None:
         self.surface, self.film, self.prestressed = surface, film, prestressed
         self.parts, self.hoop_slack, self.quadrature_degree = tuple(parts), hoop_slack, quadrature_degree
-        self.given_frame = frame
+        self.given_frame, self.load_path = frame, load_path
         self.cords = tuple(p for p in parts if isinstance(p, Cords))
         self.held = tuple(p for p in parts if isinstance(p, Held))
         self.load: GasPressure = _single(parts, GasPressure) or GasPressure()
         self.plates: EndPlates | None = _single(parts, EndPlates)
         contact: SelfContact | None = _single(parts, SelfContact)
-        unknown = [p for p in parts if not isinstance(p, (Cords, Held, GasPressure, EndPlates, SelfContact))]
+        unknown = [p for p in parts if not isinstance(p, _PARTS)]
         if unknown:
-            raise InputError(
-                f"{unknown[0]!r} is no part of a balloon; use GasPressure, Cords, EndPlates, Held or "
-                "SelfContact"
-            )
+            names = ", ".join(kind.__name__ for kind in _PARTS)
+            raise InputError(f"{unknown[0]!r} is no part of a balloon; use one of {names}")
         if not 0 <= hoop_slack < 1:
             raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
         if prestressed and not isinstance(surface.shape, Lobe):
             raise InputError("prestress needs an isotensoid or a formed lobe; this surface is another shape")
+        if load_path is not None:
+            if prestressed:
+                raise InputError("the film gets its stress from the load path or by prestress, not from both")
+            if not isinstance(load_path.balloon.film, PrescribedPath):
+                raise InputError(
+                    f"load_path is a state of {type(load_path.balloon.film).__name__} film; give one that "
+                    "was inflated with PrescribedPath film"
+                )
+            if load_path.balloon.mesh is not surface.mesh:
+                raise InputError("load_path is a state on another mesh; build both balloons on one surface")
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
         # degree of geometry and displacement, from the nodes of a cell
@@ -114,10 +132,11 @@ class Balloon:
         self.prestress = fem.Constant(self.mesh, 0.0)
         self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
         self.motion = self._plate_motion()
+        self._plate_load = self._dead_load(_single(parts, PlateLoad))
         self.free: Balloon | None = None
         self.map = self._constraint_map()
         self.contact = self._self_contact(contact) if contact is not None else None
-        self.forms = WeakForms(self, hoop_slack, quadrature_degree)
+        self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._frozen = self.motion.area_vectors if self.motion else np.zeros((2, 3))
         self._tangents: dict[int, Any] = {}
         self._mass: Any = None
@@ -157,16 +176,20 @@ class Balloon:
     def _constraint_map(self, guide: Guide | None = None) -> ConstraintMap:
         rims = ("rim_bottom", "rim_top") if self.motion else ()
         rings = (*rims, *(guide.seams if guide else ()))
-        dofs = [np.empty(0, dtype=np.int32)]
+        dofs, values = [np.empty(0, dtype=np.int32)], [np.empty(0)]
+        x = self.V.tabulate_dof_coordinates().T
         for part in self.held:
             if callable(part.on):
                 nodes = fem.locate_dofs_geometrical(self.V, part.on)
             else:
                 nodes = self.edge_nodes(part.on)
+            given = np.zeros((3, nodes.size)) if part.displacement is None else part.displacement(x[:, nodes])
             dofs += [3 * nodes + c for c in part.components]
-        fixed = np.unique(np.concatenate(dofs)).astype(np.int32)
+            values += [given[c] for c in part.components]
+        fixed, first = np.unique(np.concatenate(dofs), return_index=True)
+        fixed, given = fixed.astype(np.int32), np.concatenate(values)[first]
         nodes = tuple(self.edge_nodes(name) for name in rings)
-        return ConstraintMap(self.V, guide or self.motion, nodes, fixed, np.zeros(fixed.size))
+        return ConstraintMap(self.V, guide or self.motion, nodes, fixed, given)
 
     def under(self, guide: Guide) -> Balloon:
         """This balloon led by a guide: another map, the same film, forms and matrices. Collective.
@@ -194,6 +217,14 @@ class Balloon:
             return max(abs(float(self.pressure.value)), abs(float(self.prestress.value)))
 
         return Contact(part, self.V, rims, pressure)
+
+    def _dead_load(self, load: PlateLoad | None) -> Array:
+        """Forces and moments (12,) on both plates, conjugate to w [N, N m]."""
+        if load is None:
+            return np.zeros(12)
+        if self.motion is None or not self.motion.moving:
+            raise InputError(f"{load} needs EndPlates of which the top one moves, as with support 'clamped'")
+        return np.concatenate([np.zeros(6), load.force, load.moment])
 
     def edge_nodes(self, group: str) -> npt.NDArray[np.int32]:
         """Node indices, owned and ghosts, of an edge group. Collective."""
@@ -278,8 +309,8 @@ class Balloon:
 
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] in the present displacement. Collective."""
-        S = self._second_piola
-        N = ufl.as_vector([S[0, 0], S[1, 1], (S[0, 1] + S[1, 0]) / 2])
+        S = self.film.stress(self.forms.strain, self.forms.number)
+        N = ufl.as_vector([S[0, 0], S[1, 1], S[0, 1]])
         return self._cell_means(N, "stress resultants")
 
     def true_resultants(self) -> Any:
@@ -290,14 +321,9 @@ class Balloon:
 
         Collective.
         """
-        N = true_resultants(self._second_piola, self.u, self.mesh, self.surface.axis, self.frame)
+        S = self.film.stress(self.forms.strain, self.forms.number)
+        N = true_resultants(S, self.u, self.mesh, self.surface.axis, self.frame)
         return self._cell_means(N, "true stress resultants")
-
-    @property
-    def _second_piola(self) -> Any:
-        """Second Piola-Kirchhoff resultants in the film's frame [N/m], 2x2."""
-        strain = ufl.variable(self.forms.strain)
-        return ufl.diff(self.film.energy(strain, self.forms.number), strain)
 
     def _cell_means(self, expression: Any, name: str) -> Any:
         W = fem.functionspace(self.mesh, ("DG", 0, expression.ufl_shape))
@@ -318,7 +344,7 @@ class Balloon:
             self._frozen = self.motion.turned_area_vectors(w)
 
     def energy(self, q: Any) -> tuple[float, float]:
-        """Potential energy at q [J], strain energy - p (V - V of the reference shape). Collective.
+        """Potential energy at q [J]: of strain, -p (V - V of the reference shape), dead load. Collective.
 
         With a `SelfContact` the barrier's energy is added: infinite where the film intersects itself.
 
@@ -328,7 +354,12 @@ class Balloon:
 
         Returns:
             the energy, and the size of the terms whose sum it is (for its round-off).
+
+        Raises:
+            InputError: the film's stress is no energy's gradient.
         """
+        if not self.forms.has_energy:
+            raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
         self.place(q)
         elastic = self.comm.allreduce(fem.assemble_scalar(self.forms.elastic))
         volume = self.comm.allreduce(fem.assemble_scalar(self.forms.volume))
@@ -337,12 +368,17 @@ class Balloon:
             volume += self.motion.volume_change(self._w)[0]
             if self.load.convention == "film":
                 volume -= float((self._frozen * self._w[:12].reshape(2, 6)[:, :3]).sum())
-        work = float(self.pressure.value) * volume
+        work = float(self.pressure.value) * volume + float(self._plate_load @ self._w[:12])
         barrier = self.contact.energy(self.u) if self.contact is not None else 0.0
         return elastic - work + barrier, abs(elastic) + abs(work)
 
-    def strain_energy(self) -> float:
-        """Strain energy of film, cords and bar [J] in the present displacement. Collective."""
+    def strain_energy(self) -> float | None:
+        """Strain energy of film, cords and bar [J] in the present displacement. Collective.
+
+        None for a film whose stress is no energy's gradient.
+        """
+        if not self.forms.has_energy:
+            return None
         bar = self.motion.bar_energy(self._w, self._bar_built_in)[0] if self.motion else 0.0
         return self.comm.allreduce(fem.assemble_scalar(self.forms.elastic)) + bar
 
@@ -351,7 +387,7 @@ class Balloon:
         gradient, hessian = self.map.plate_forces(nodal, self._w)
         if self.motion is not None:
             _, g, h = self.motion.volume_change(self._w)
-            gradient[:12] -= self._plate_pressure * g
+            gradient[:12] -= self._plate_pressure * g + self._plate_load
             hessian[:12, :12] -= self._plate_pressure * h
             self._top_force = gradient[6:9].copy()
             _, g, h = self.motion.bar_energy(self._w, self._bar_built_in)
@@ -386,15 +422,17 @@ class Balloon:
             return 0.0
         return float(gradient @ self.guide.rate(self.map.parameters(q))) + self.map.push_force(r)
 
-    def tangent(self, q: Any, slot: int = 0) -> Any:
+    def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False) -> Any:
         """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
 
         Args:
             q: unknowns.
             slot: calls with another slot keep a matrix of their own.
+            iteration: True for the matrix that the film wants in Newton's method, maybe a secant.
         """
         self._w, dw, d2w = self.map.displace(q, self.u)
-        K = _dolfinx.assemble_matrix(self._full_tangent, self.forms.tangent)
+        form = self.forms.iteration if iteration else self.forms.tangent
+        K = _dolfinx.assemble_matrix(self._full_tangent, form)
         J = self.map.jacobian(self._w, dw)
         reduced = K.ptap(J, result=self._tangents.get(slot))
         if self.map.num_parameters:

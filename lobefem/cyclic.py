@@ -28,6 +28,7 @@ from lobefem.balloon import Balloon
 from lobefem.contact import SelfContact
 from lobefem.errors import InputError
 from lobefem.harmonics import cylindrical
+from lobefem.plates import PlateLoad
 from lobefem.surface import sector_of
 
 # isort: split
@@ -44,7 +45,8 @@ def sector_balloon(balloon: Balloon) -> Balloon:
     """One sector of a balloon: the same film and parts on `sector_of` its surface.
 
     Raises:
-        InputError: the surface has no equal sectors, or the film's frame was given by hand.
+        InputError: the surface has no equal sectors, or the film's frame or stress or the plates' load
+            is given by hand.
     """
     if balloon.surface.copies != 1:
         return balloon
@@ -52,6 +54,8 @@ def sector_balloon(balloon: Balloon) -> Balloon:
         raise InputError(f"the balloon is under a {balloon.guide.kind}; its modes are of no single harmonic")
     if balloon.given_frame is not None:
         raise InputError("a single harmonic needs the film's own frame; leave frame out")
+    if balloon.load_path is not None or any(isinstance(part, PlateLoad) for part in balloon.parts):
+        raise InputError("a single harmonic is of the shape as drawn; leave load_path and PlateLoad out")
     return Balloon(
         sector_of(balloon.surface),
         balloon.film,

@@ -255,7 +255,7 @@ class Increment:
         reaction: force that the constraint exerts, conjugate to the parameter [N or N m].
         work: done by it since the start [J], by the trapezoidal rule over the increments.
         volume: enclosed [m^3].
-        strain_energy: [J].
+        strain_energy: [J]; None for a film without an energy.
         mid_hoop_displacement: see the function of that name [m].
         residual: norm of the residual over that of the pressure's nodal forces.
         iterations: of Newton's method.
@@ -265,7 +265,7 @@ class Increment:
     reaction: float
     work: float
     volume: float
-    strain_energy: float
+    strain_energy: float | None
     mid_hoop_displacement: float
     residual: float
     iterations: int

@@ -37,7 +37,8 @@ class Equilibrium:
         residual: norm of the reduced residual [N, N m].
         relative_residual: the same over the norm of the pressure's nodal forces.
         volume: enclosed by film and plates [m^3].
-        strain_energy: of film, cords and bar [J], built-in stress included.
+        strain_energy: of film, cords and bar [J], built-in stress included; None for a film whose
+            stress is no energy's gradient.
         max_displacement: largest nodal displacement [m].
         bar_force: [N], tension positive; None without a bar or with both rims held.
         hoop_tension: mean tension of each cord group [N].
@@ -58,7 +59,7 @@ class Equilibrium:
     residual: float
     relative_residual: float
     volume: float
-    strain_energy: float
+    strain_energy: float | None
     max_displacement: float
     bar_force: float | None
     hoop_tension: tuple[float, ...]

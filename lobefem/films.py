@@ -49,6 +49,8 @@ class Film(ABC):
 
     # whether the law knows a direction of its own, so that its strain varies with the frame
     directional: ClassVar[bool] = False
+    # whether residuals come from `stress`, written with a modulus matrix, not from `energy`
+    by_stress: ClassVar[bool] = False
 
     @property
     def Et(self) -> float:
@@ -57,7 +59,15 @@ class Film(ABC):
 
     @abstractmethod
     def energy(self, strain: Any, number: Number = float) -> Any:
-        """Strain energy per reference area [J/m^2] of a 2x2 strain in the film's frame."""
+        """Strain energy per reference area [J/m^2] of a 2x2 strain in the film's frame.
+
+        None for a law whose stress is no energy's gradient.
+        """
+
+    def stress(self, strain: Any, number: Number = float) -> Any:
+        """Stress resultants S = dw/dE [N/m], 2x2 in the film's frame (second Piola-Kirchhoff)."""
+        strain = ufl.variable(strain)
+        return ufl.sym(ufl.diff(self.energy(strain, number), strain))
 
     def prestrain(self, resultant: Any, number: Number = float, hoop_slack: float = 0.0) -> Any:
         """The strain E0 (2x2) that carries the meridional `resultant` [N/m] with no hoop stress.

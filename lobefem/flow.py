@@ -194,7 +194,7 @@ class Flow:
 
     def _tangent(self, ts: Any, t: float, x: Any, xdot: Any, shift: float, J: Any, P: Any) -> None:
         self._shift = shift
-        K = self.balloon.tangent(x)
+        K = self.balloon.tangent(x, iteration=True)
         _snes.follow_pattern(ts.getSNES(), self.balloon)
         K.axpy(self.damping * shift, self._mass, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
 
@@ -333,6 +333,7 @@ class Flow:
         balloon.freeze_plates(q)
         energy, size = balloon.energy(q)
         strain, volume = balloon.strain_energy(), balloon.volume()
+        assert strain is not None  # `release` refuses film without an energy
         areas = centres = np.zeros((2, 3))
         if balloon.motion is not None:
             w = balloon.map.plate_parameters(balloon.map.parameters(q))[0]

@@ -1,7 +1,8 @@
 """The weak forms of a balloon in UFL, compiled when they are first asked for.
 
-Written once as energies: residual and tangent are derivatives. Numbers of the design enter as
-constants, so that a compiled form serves every design of its kind.
+Written once as energies: residual and tangent are derivatives. A film law written as a stress gives
+the film's virtual work S : dE instead. Numbers of the design enter as constants, so that a compiled
+form serves every design of its kind.
 """
 
 from __future__ import annotations
@@ -28,14 +29,18 @@ class WeakForms:
         balloon: a `Balloon` under construction: mesh, space, displacement, loads and parts are there.
         hoop_slack: hoop slack of a prestressed film (strain).
         degree: quadrature degree; by default exact for the element where it can be.
+        load_path: a state of a `PrescribedPath` film, whose stress is built in.
 
     Attributes:
+        has_energy: whether the film has an energy.
         dx: the film's measure.
         strain: total Green-Lagrange strain of the film in its frame, built-in strain included.
         cords: (group, tension [N], measure) of each edge group with a cord.
     """
 
-    def __init__(self, balloon: Any, hoop_slack: float = 0.0, degree: int | None = None) -> None:
+    def __init__(
+        self, balloon: Any, hoop_slack: float = 0.0, degree: int | None = None, load_path: Any = None
+    ) -> None:
         self.mesh, self.u, self.V, self.frame = balloon.mesh, balloon.u, balloon.V, balloon.frame
         mesh, u, number = self.mesh, self.u, self.number
         surface, film = balloon.surface, balloon.film
@@ -45,7 +50,7 @@ class WeakForms:
         if degree is None:
             # exact for the enclosed volume; a linear triangle has one strain, but prestress (1/R)
             # and the frame vary over it
-            varies = balloon.prestressed or film.directional
+            varies = balloon.prestressed or film.directional or load_path is not None
             degree = (4 if varies else 1) if linear else 2 * balloon.order + (not simplex)
         # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
         # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
@@ -57,9 +62,16 @@ class WeakForms:
             radius = ufl.sqrt(ufl.dot(across, across))
             resultant = balloon.prestress * number(shape.meridional_tension) / radius
             strain = strain + film.prestrain(resultant, number, hoop_slack)
+        if load_path is not None:
+            found = fem.Function(self.V)
+            found.x.array[:] = load_path.displacement.ravel()
+            path = load_path.balloon.film
+            strain = strain + path.removed_strain(green_lagrange(found, self.frame), number, hoop_slack)
         self.strain = strain
         self.dx = dx
-        elastic = film.energy(strain, number) * dx
+        stored = film.energy(strain, number)
+        self.has_energy = stored is not None
+        cords = []
         self.cords: list[tuple[str, Any, Any]] = []
         for cord in balloon.cords:
             for name in cord.groups(surface):
@@ -67,19 +79,29 @@ class WeakForms:
                 e = edge_strain(u, mesh, side)
                 if balloon.prestressed:
                     e = e + balloon.prestress * number(_tension(cord, surface) / cord.EA)
-                elastic += cord.energy(e, number) * measure
+                cords.append(cord.energy(e, number) * measure)
                 # second Piola tension times stretch: the force in the deformed cord
                 stretch = ufl.sqrt(1 + 2 * edge_strain(u, mesh, side))
                 self.cords.append((name, number(cord.EA) * e * stretch, measure))
-        self._elastic = elastic
         v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
         self._volume = film_volume_change(u, X, self.frame) * dx
-        energy = elastic
+        if self.has_energy:
+            self._elastic = sum(cords, stored * dx)
+        # the energies whose derivative is taken; the work of the rest is written as it is
+        energies = cords if film.by_stress else [self._elastic]
         if balloon.load.convention == "closed":
-            energy = energy - balloon.pressure * self._volume
-        residual = ufl.derivative(energy, u, v)
+            energies = [*energies, -balloon.pressure * self._volume]
+        residual = ufl.derivative(sum(energies[1:], energies[0]), u, v) if energies else 0
         if balloon.load.convention == "film":
             residual -= balloon.pressure * pressure_work(u, v, self.frame) * dx
+        self._iteration = None
+        if film.by_stress:
+            S, virtual = film.stress(strain, number), ufl.derivative(strain, u, v)
+            if film.tangent == "secant":
+                held = film.secant(strain, ufl.derivative(strain, u, du), number)
+                moduli = ufl.inner(held, virtual) + ufl.inner(S, ufl.derivative(virtual, u, du))
+                self._iteration = ufl.derivative(residual, u, du) + moduli * dx
+            residual += ufl.inner(S, virtual) * dx
         self._residual, self._tangent = residual, ufl.derivative(residual, u, du)
 
     def number(self, value: float) -> Any:
@@ -100,6 +122,11 @@ class WeakForms:
     def tangent(self) -> Any:
         """Derivative of the residual [N/m]."""
         return _dolfinx.form(self._tangent)
+
+    @cached_property
+    def iteration(self) -> Any:
+        """What Newton's method solves with: the tangent, or the law's secant in its place [N/m]."""
+        return self.tangent if self._iteration is None else _dolfinx.form(self._iteration)
 
     @cached_property
     def mass(self) -> Any:

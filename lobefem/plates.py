@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from lobefem.errors import InputError
 
-__all__ = ["SUPPORTS", "EndPlates", "PlateMotion", "rotation", "sinc"]
+__all__ = ["SUPPORTS", "EndPlates", "PlateLoad", "PlateMotion", "rotation", "sinc"]
 
 Array = npt.NDArray[np.float64]
 SUPPORTS = ("clamped", "pinned", "fixed")
@@ -121,6 +121,28 @@ class EndPlates:
                 f"lift = {self.lift} m needs support 'fixed', where both rims are held; here it is "
                 f"'{self.support}'"
             )
+
+
+@dataclass(frozen=True)
+class PlateLoad:
+    """Dead force and moment on the centre of the top plate.
+
+    Args:
+        force: (3,) [N].
+        moment: (3,) [N m], conjugate to the plate's rotation vector: while that keeps its direction, the
+            moment about it.
+
+    Raises:
+        InputError: not three finite numbers each.
+    """
+
+    force: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    moment: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name, value in (("force", self.force), ("moment", self.moment)):
+            if len(value) != 3 or not all(math.isfinite(v) for v in value):
+                raise InputError(f"a plate's {name} is {value!r}; give three finite numbers, as (0, 0, 1)")
 
 
 class PlateMotion:

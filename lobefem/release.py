@@ -236,6 +236,9 @@ def _check(
             raise InputError(f"{name} = {value} must be a positive number")
     if not (math.isfinite(start.pressure) and start.pressure):
         raise InputError(f"a release needs a gas pressure; the start has {start.pressure} Pa")
+    if not start.balloon.forms.has_energy:
+        film = type(start.balloon.film).__name__
+        raise InputError(f"{film} film has no energy to balance in a release; use TensionField or IMP")
 
 
 def _undamped(last: Moment) -> tuple[Equilibrium | None, str]:

@@ -1,4 +1,4 @@
-"""Small meshes for analytic tests: a flat square, a quarter of a disc, a closed sphere.
+"""Small meshes for analytic tests: a flat square or rectangle, a quarter of a disc, a closed sphere.
 
 They stand in for a `Surface`: the fields that a `Balloon` reads, no more.
 """
@@ -10,14 +10,20 @@ import basix.ufl
 import numpy as np
 
 from lobefem import _dolfinx
+
+# isort: split
+from dolfinx import fem
+from petsc4py import PETSc
+
+from lobefem.balloon import Balloon
 from lobefem.equilibrium import inflate
 
 
-def film_surface(comm, points, cells):
-    """A mesh of linear triangles in space from nodes (n, 3) and cells (m, 3) of rank 0."""
-    element = basix.ufl.element("Lagrange", "triangle", 1, shape=(3,))
+def film_surface(comm, points, cells, cell="triangle"):
+    """A mesh of linear cells in space from nodes (n, 3) and cells (m, corners) of rank 0."""
+    element = basix.ufl.element("Lagrange", cell, 1, shape=(3,))
     if comm.rank:
-        points, cells = np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
+        points, cells = np.empty((0, 3)), np.empty((0, cells.shape[1]), dtype=np.int64)
     mesh = _dolfinx.create_mesh(comm, np.asarray(cells, dtype=np.int64), element, points)
     return SimpleNamespace(
         mesh=mesh,
@@ -40,6 +46,16 @@ def square(comm, side, n):
     a, b = i * (n + 1) + j, (i + 1) * (n + 1) + j
     cells = np.concatenate([np.column_stack([a, b, b + 1]), np.column_stack([a, b + 1, a + 1])])
     return film_surface(comm, points, cells)
+
+
+def rectangle(comm, length, height, divisions):
+    """[0, length] x [0, height] in quadrilaterals."""
+    n, m = divisions
+    j, i = (k.ravel() for k in np.indices((m + 1, n + 1)))
+    points = np.column_stack([i * length / n, j * height / m, 0.0 * i])
+    j, i = (k.ravel() for k in np.indices((m, n)))
+    a = j * (n + 1) + i
+    return film_surface(comm, points, np.column_stack([a, a + 1, a + n + 1, a + n + 2]), "quadrilateral")
 
 
 def quarter_disc(comm, radius, rings, per_ring=2):
@@ -126,3 +142,41 @@ def fan(comm, radius, rings, sectors):
             b, c, d = a + 1, a + sectors + 2, a + sectors + 1  # a-b inner, d-c outer
             cells += [(a, d, c), (a, c, b)] if j % 2 else [(a, d, b), (b, d, c)]
     return film_surface(comm, points, cells)
+
+
+def stretched(balloon, guess, **options):
+    """Equilibrium, without pressure, of a flat film whose edges are held at displacements.
+
+    Args:
+        balloon: with `Held` parts.
+        guess: function of coordinates x (3, n): displacements (3, n) from which Newton's method starts.
+        options: of `inflate`.
+    """
+    still = [replace(part, displacement=None) for part in balloon.parts]
+    rest = Balloon(balloon.surface, balloon.film, still, frame=balloon.frame)
+    start = state_at(rest, guess(nodal(balloon).T).T)
+    return inflate(balloon, 0.0, start=start, **options)
+
+
+def nodal_forces(balloon, state):
+    """Reference positions (n, 3) and out-of-balance forces (n, 3) [N] of all nodes, on every rank.
+
+    In equilibrium the forces are those of the supports.
+    """
+    balloon.place(state.vector())
+    r = fem.petsc.assemble_vector(balloon.forms.residual)
+    r.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+    forces = r.array.reshape(-1, 3).copy()
+    r.destroy()
+    return gathered(balloon.comm, nodal(balloon)[: len(forces)], forces)
+
+
+def cell_resultants(balloon, state):
+    """Centres (n, 3) and mean resultants (N_m, N_h, N_mh) (n, 3) [N/m] of all cells, on every rank."""
+    owned = balloon.mesh.topology.index_map(2).size_local
+    centres = nodal(balloon)[balloon.V.dofmap.list[:owned]].mean(axis=1)
+    return gathered(balloon.comm, centres, state.stress_resultants().x.array.reshape(-1, 3)[:owned])
+
+
+def gathered(comm, *arrays):
+    return [np.concatenate(comm.allgather(array)) for array in arrays]

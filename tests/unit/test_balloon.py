@@ -14,7 +14,7 @@ from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
 from lobefem.isotensoid import Isotensoid
 from lobefem.loads import GasPressure, film_volume
-from lobefem.plates import EndPlates, rotation
+from lobefem.plates import EndPlates, PlateLoad, rotation
 from lobefem.surface import cylinder, lobed_cylinder
 
 PRESSURE = 2e4
@@ -315,7 +315,11 @@ def test_errors_of_parts_that_do_not_go_together(comm):
     for parts, text in (
         ([GasPressure(), GasPressure()], "a balloon takes one GasPressure, not 2"),
         ([EndPlates(), EndPlates()], "a balloon takes one EndPlates, not 2"),
-        (["hoop"], "'hoop' is no part of a balloon; use GasPressure, Cords, EndPlates, Held or SelfContact"),
+        (
+            ["hoop"],
+            "'hoop' is no part of a balloon; use one of GasPressure, Cords, EndPlates, PlateLoad, Held, "
+            "SelfContact",
+        ),
         ([Held("rim")], r"no edge group 'rim' on this surface; it has \["),
         ([Cords(on=("seam_9",))], r"no edge group 'seam_9' on this surface; it has \["),
     ):
@@ -329,3 +333,43 @@ def test_errors_of_parts_that_do_not_go_together(comm):
     flat = type("Open", (), {**vars(flat), "groups": {"rim_top": (1, 202)}})
     with pytest.raises(InputError, match="end plates need the edge group 'rim_bottom', which this"):
         Balloon(flat, Isotropic(), [EndPlates()])
+
+
+def test_held_components_take_their_displacement(comm):
+    surface = cylinder(1.0, 2.0, (3, 6), comm=comm)
+
+    def stretch(x):
+        return np.array([0 * x[0], 0.1 * x[1], 0.01 * x[2]])
+
+    held = [Held("rim_top", (2,), stretch), Held("rim_top"), Held("rim_bottom", (0, 1), stretch)]
+    balloon = Balloon(surface, Isotropic(), held)
+    balloon.place(balloon.map.create_vector())
+    u, x = balloon.u.x.array.reshape(-1, 3), nodes(balloon)
+    top, bottom = np.isclose(x[:, 2], 2), np.isclose(x[:, 2], 0)
+    # the first of two parts counts, and what none gives is zero
+    np.testing.assert_allclose(u[top], np.tile([0, 0, 0.02], (top.sum(), 1)), atol=1e-16)
+    np.testing.assert_allclose(u[bottom, 1], 0.1 * x[bottom, 1], atol=1e-16)
+    np.testing.assert_array_equal(u[~top & ~bottom], 0)
+
+
+def test_plate_load_has_its_work_as_energy_and_itself_as_residual(comm):
+    surface = cylinder(1.0, 2.0, (3, 6), comm=comm)
+    load = PlateLoad((1.0, 2.0, 3.0), (4.0, 5.0, 6.0))
+    plates = EndPlates("clamped", bar=False)
+    bare, loaded = (Balloon(surface, Isotropic(), [plates, *extra]) for extra in ((), (load,)))
+    y = np.array([0.01, -0.02, 0.03, 0.04, -0.05, 0.06])
+    q = unknowns(bare, 0 * nodes(bare), y)
+    r, s = q.duplicate(), q.duplicate()
+    bare.residual(q, r)
+    loaded.residual(q, s)
+    r.axpy(-1.0, s)
+    np.testing.assert_allclose(bare.map.parameters(r), [1, 2, 3, 4, 5, 6], atol=1e-8)
+    work = bare.energy(q)[0] - loaded.energy(q)[0]
+    assert work == pytest.approx(y @ [1, 2, 3, 4, 5, 6], abs=1e-8)
+    assert loaded.strain_energy() == bare.strain_energy()
+
+
+@pytest.mark.parametrize("parts", [[], [EndPlates("fixed")]])
+def test_plate_load_needs_a_plate_that_moves(comm, parts):
+    with pytest.raises(InputError, match=r"^PlateLoad\(.* needs EndPlates of which the top one moves"):
+        Balloon(cylinder(1.0, 2.0, (3, 6), comm=comm), Isotropic(), [*parts, PlateLoad()])

@@ -1,96 +1,14 @@
 """Film laws: stress and tangent against closed forms, at the strain of a point."""
 
 import math
-from functools import cache
 
-import basix.ufl
 import numpy as np
 import pytest
 import ufl
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.algorithms.apply_derivatives import apply_derivatives
+from laws import ET, NU, STATES, at, plane_stress, strains, turn, wrinkled_stress
 
 from lobefem.errors import InputError
 from lobefem.films import FILMS, FixedWrinkles, Isotropic, TensionField, WrinkledField
-
-ET, NU = 3.5e9 * 5e-5, 0.3
-STATES = ("taut", "wrinkled", "slack")
-
-
-@cache
-def derivatives(law):
-    """The strain as a UFL symbol, and the scalar expressions of energy, gradient and Hessian."""
-    triangle = basix.ufl.element("Lagrange", "triangle", 1, shape=(2,))
-    constant = basix.ufl.element("DG", "triangle", 0, shape=(2, 2))
-    symbol = ufl.Coefficient(ufl.FunctionSpace(ufl.Mesh(triangle), constant))
-    E = ufl.variable(symbol)
-    w = law.energy(E)
-    S = ufl.diff(w, E)
-    C = ufl.diff(S, E)
-    parts = [w]
-    parts += [S[i] for i in np.ndindex(2, 2)]
-    parts += [C[i] for i in np.ndindex(2, 2, 2, 2)]
-    return symbol, [apply_derivatives(apply_algebra_lowering(part)) for part in parts]
-
-
-def at(law, strain):
-    """Energy, resultant (2, 2) and tangent (2, 2, 2, 2), symmetrised, of UFL's own derivatives."""
-    symbol, parts = derivatives(law)
-    values = {symbol: tuple(map(tuple, np.asarray(strain, dtype=float).tolist()))}
-    found = np.array([float(part((), values)) for part in parts])
-    s, c = found[1:5].reshape(2, 2), found[5:].reshape(2, 2, 2, 2)
-    c = (c + c.transpose(1, 0, 2, 3)) / 2
-    c = (c + c.transpose(0, 1, 3, 2)) / 2
-    return found[0], (s + s.T) / 2, c
-
-
-def turn(tensor, angle):
-    """Components in axes turned by `angle` (of a tensor of any order)."""
-    c, s = math.cos(angle), math.sin(angle)
-    Q = np.array([[c, -s], [s, c]])
-    for axis in range(tensor.ndim):
-        tensor = np.moveaxis(np.tensordot(Q, tensor, axes=(1, axis)), 0, axis)
-    return tensor
-
-
-def plane_stress(strain):
-    """Eq. 10's D_t on (11, 22, gamma)."""
-    D = ET / (1 - NU**2) * np.array([[1, NU, 0], [NU, 1, 0], [0, 0, (1 - NU) / 2]])
-    s = D @ [strain[0, 0], strain[1, 1], 2 * strain[0, 1]]
-    return np.array([[s[0], s[2]], [s[2], s[1]]])
-
-
-def wrinkled_stress(strain):
-    """Eq. 11's secant D_w on (11, 22, gamma), P and Q the direction of the major strain."""
-    e1, e2 = np.linalg.eigvalsh(strain)[::-1]
-    P, Q = (strain[0, 0] - strain[1, 1]) / (e1 - e2), 2 * strain[0, 1] / (e1 - e2)
-    D = ET / 4 * np.array([[2 * (1 + P), 0, Q], [0, 2 * (1 - P), Q], [Q, Q, 1]])
-    s = D @ [strain[0, 0], strain[1, 1], 2 * strain[0, 1]]
-    return np.array([[s[0], s[2]], [s[2], s[1]]])
-
-
-def three_way(strain):
-    """The paper's test: taut by the minor stress, slack by the major strain, else wrinkled."""
-    e1 = np.linalg.eigvalsh(strain)[1]
-    if np.linalg.eigvalsh(plane_stress(strain))[0] >= 0:
-        return "taut"
-    return "slack" if e1 <= 0 else "wrinkled"
-
-
-def strains(state, count=6):
-    """Random strains of one state, its principal values clear of the others' borders."""
-    rng = np.random.default_rng(STATES.index(state))
-    for _ in range(count):
-        scale, angle = 10 ** rng.uniform(-7, -1), rng.uniform(0, math.pi)
-        ratio = {
-            "taut": rng.uniform(-0.9 * NU, 0.999),
-            "wrinkled": rng.uniform(-3, -1.1 * NU),
-            "slack": rng.uniform(1.001, 5),
-        }[state]
-        major = -scale if state == "slack" else scale
-        strain = turn(np.diag([major, ratio * major]), angle)
-        assert three_way(strain) == state
-        yield strain, angle
 
 
 @pytest.mark.parametrize("state", STATES)

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lobefem.errors import InputError
-from lobefem.plates import EndPlates, PlateMotion, rotation
+from lobefem.plates import EndPlates, PlateLoad, PlateMotion, rotation
 
 H = 1e-3
 
@@ -203,3 +203,9 @@ def test_bar_force_of_a_rigid_bar_balances_the_rest():
 def test_errors(arguments, text):
     with pytest.raises(InputError, match=text):
         EndPlates(**arguments)
+
+
+@pytest.mark.parametrize(("name", "bad"), [("force", (0, 0)), ("moment", (0, math.nan, 0))])
+def test_plate_load_takes_three_finite_numbers(name, bad):
+    with pytest.raises(InputError, match=rf"^a plate's {name} is .*; give three finite numbers"):
+        PlateLoad(**{name: bad})
