@@ -1,0 +1,41 @@
+"""Sphinx's settings; `make docs` builds the pages with warnings as errors."""
+
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE / "_ext"), str(HERE.parent)]
+
+import lobefem
+import lobefem._dolfinx  # first: it finds the stack
+
+project = "lobefem"
+author = "The lobefem developers"
+release = version = lobefem.__version__
+copyright = author  # noqa: A001  Sphinx's name
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml"]
+exclude_patterns = ["_generated/*"]
+source_suffix = {".md": "markdown"}
+nitpicky = True
+# types of other packages: their inventories are on the network
+nitpick_ignore_regex = [("py:.*", r"(?!lobefem\.).*")]
+
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+
+math_number_all = False
+html_math_renderer = "mathml"
+html_theme = "furo"
+html_title = f"lobefem {release}"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
+html_copy_source = False
+html_show_copyright = False
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+python_use_unqualified_type_names = True
+napoleon_use_ivar = True
+napoleon_use_rtype = False
