@@ -20,6 +20,7 @@ _HOME = {
     "Equilibrium": "equilibrium",
     "FixedWrinkles": "films",
     "GasPressure": "loads",
+    "HarmonicChart": "chart",
     "Held": "balloon",
     "Hoops": "cables",
     "Isotensoid": "isotensoid",
@@ -30,6 +31,7 @@ _HOME = {
     "critical_pressure": "critical",
     "cylinder": "surface",
     "find_modes": "stability",
+    "harmonic_chart": "chart",
     "ideal_state": "equilibrium",
     "inflate": "equilibrium",
     "lobed_cylinder": "surface",
@@ -40,6 +42,7 @@ __all__ = [*_HOME, "__version__"]
 if TYPE_CHECKING:
     from lobefem.balloon import Balloon, Held
     from lobefem.cables import Cords, Hoops
+    from lobefem.chart import HarmonicChart, harmonic_chart
     from lobefem.critical import CriticalPressure, critical_pressure
     from lobefem.equilibrium import Equilibrium, ideal_state, inflate
     from lobefem.films import FixedWrinkles, Isotropic, TensionField

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from lobefem._gmsh import Meridian, RawMesh
 from lobefem.errors import SolveError
 
-__all__ = ["Net", "place", "structured_net", "unstructured_net", "with_midpoints"]
+__all__ = ["Net", "place", "sector_of", "structured_net", "unstructured_net", "with_midpoints"]
 
 Reals = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -92,6 +92,34 @@ def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], di
         cells=cells,
         first_cell=np.arange(lobes + 1) * (len(cells) // lobes),
         rings=[ring + k * M * N for k in range(lobes + 1)],
+    )
+
+
+def sector_of(net: Net, columns: int, width: int, sectors: int) -> Net:
+    """The first sector of a structured net, drawn together to its share of a whole turn.
+
+    Gmsh's turn has few columns of cells, for all are alike; here the first `width` of them become one of
+    `sectors` equal parts.
+
+    Args:
+        net: a structured net, linear.
+        columns: its columns of cells.
+        width: columns of cells in a sector.
+        sectors: parts of a whole turn.
+    """
+    rows = len(net.t) // columns
+    per_lobe = np.diff(net.first_cell)
+    per_cell = int(per_lobe.sum()) // ((rows - 1) * columns)  # two triangles for a quadrilateral
+    kept = (np.arange(len(net.cells)) // per_cell) % columns < width
+    number = np.full(len(net.t), -1, dtype=np.int64)
+    nodes = np.flatnonzero(np.arange(len(net.t)) % columns <= width)
+    number[nodes] = np.arange(len(nodes))
+    return Net(
+        t=net.t[nodes],
+        theta=net.theta[nodes] * (columns / (width * sectors)),
+        cells=number[net.cells[kept]],
+        first_cell=net.first_cell * width // columns,
+        rings=[number[ring[:width]] for ring in net.rings],
     )
 
 

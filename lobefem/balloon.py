@@ -7,7 +7,7 @@ the `film` pressure is a residual of its own.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -82,6 +82,8 @@ class Balloon:
         quadrature_degree: int | None = None,
     ) -> None:
         self.surface, self.film, self.prestressed = surface, film, prestressed
+        self.parts, self.hoop_slack, self.quadrature_degree = tuple(parts), hoop_slack, quadrature_degree
+        self.given_frame = frame
         self.cords = tuple(p for p in parts if isinstance(p, Cords))
         held = [p for p in parts if isinstance(p, Held)]
         self.load: GasPressure = _single(parts, GasPressure) or GasPressure()
@@ -139,7 +141,10 @@ class Balloon:
             if length == 0.0:
                 raise InputError(f"edge group '{name}' is empty: there is no rim to close by a plate")
             numbers.append((height / length * axis, abs(area)))
-        return PlateMotion(self.plates, np.array([c for c, _ in numbers]), np.array([a for _, a in numbers]))
+        plates = self.plates
+        if not isinstance(plates.bar, bool):  # a sector has its share of the plates and of their bar
+            plates = replace(plates, bar=plates.bar / self.surface.copies)
+        return PlateMotion(plates, np.array([c for c, _ in numbers]), np.array([a for _, a in numbers]))
 
     def _constraint_map(self, held: list[Held]) -> ConstraintMap:
         rims = tuple(self.edge_nodes(n) for n in ("rim_bottom", "rim_top")) if self.motion else ()

@@ -14,9 +14,11 @@ from typing import Any
 
 from lobefem import _petsc
 from lobefem.balloon import Balloon
-from lobefem.cyclic import CyclicReduction
-from lobefem.eigenpairs import distinct, order, residual, run, solver
-from lobefem.errors import EigenError, InputError
+from lobefem.chart import HeldPencil, pressure_limit, require_prestress, stable_below
+from lobefem.cyclic import Sector
+from lobefem.eigenpairs import Pair, distinct, order, residual, run, solver
+from lobefem.equilibrium import require_whole
+from lobefem.errors import EigenError
 from lobefem.stability import Mode, check_request, make_mode
 
 # isort: split
@@ -55,8 +57,8 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
 
     Args:
         balloon: a prestressed balloon.
-        harmonic: look at this circumferential harmonic alone, from one sector of a structured mesh;
-            None for all of them, on the full model.
+        harmonic: look at this circumferential harmonic alone, from one sector of a structured mesh
+            (`lobefem.chart`); None for all of them, on the full model.
         count: how many critical pressures to look for.
 
     Raises:
@@ -65,26 +67,27 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
 
     Collective.
     """
-    if not balloon.prestressed:
-        raise InputError("critical_pressure needs a prestressed balloon; pass prestressed=True")
+    require_prestress(balloon)
     check_request(balloon, count)
     q = balloon.map.create_vector()
+    if harmonic is not None:
+        sector = Sector(balloon)
+        one = HeldPencil(sector, harmonic).solve(count)
+        mode = None
+        if one.vector is not None:
+            x = sector.expand(balloon, one.vector, harmonic)[0]
+            mode = make_mode(balloon, q, Pair(0j, x, x.duplicate()), one.residual)
+        pressure = one.pressures[0]
+        found = one.pressures if mode is not None else ()
+        return CriticalPressure(pressure, mode, found, balloon.surface.divisions, harmonic)
+    require_whole(balloon)
     K_m, K_g = balloon.held_pencil()
     M, plates = balloon.mass(q), balloon.map.num_parameters
-    expand: Callable[[Any], Any] | None = None
-    if harmonic is not None:
-        reduction = CyclicReduction(balloon)
-        K_m, plates = reduction.reduce(K_m, harmonic)
-        K_g, M = reduction.reduce(K_g, harmonic)[0], reduction.reduce(M, harmonic)[0]
-
-        def expand(x: Any) -> Any:
-            return reduction.expand(x.array_r, harmonic, plates)[0]
-
     divisions = balloon.surface.divisions
     symmetric = _petsc.asymmetry(K_g) < _petsc.SYMMETRIC
-    p0 = _stable_below(K_m, K_g, 0 if symmetric else plates, _limit(balloon))
+    p0 = stable_below(_film_is_stable(K_m, K_g, 0 if symmetric else plates), pressure_limit(balloon))
     if p0 in (0.0, math.inf):
-        return CriticalPressure(p0, None, (), divisions, harmonic)
+        return CriticalPressure(p0, None, (), divisions)
     K_0 = _combine(K_m, p0, K_g)
     eps = solver(K_g, K_0, count, symmetric, PREFIX)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
@@ -92,23 +95,14 @@ def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: i
     _petsc.set_direct_solver(eps.getST().getKSP(), symmetric)
     pairs = [p._replace(value=p0 - 1 / p.value) for p in distinct(run(eps, 1), M, 0.0) if p.value.real]
     eps.destroy()
-    found = sorted((p for p in pairs if p.value.real > 0 and abs(p.value.imag) < 1e-6 * p0), key=order)
-    if not found:
+    critical = sorted((p for p in pairs if p.value.real > 0 and abs(p.value.imag) < 1e-6 * p0), key=order)
+    if not critical:
         raise EigenError(f"no critical pressure found near {p0:.6g} Pa, where one was proved to be")
     K_g.scale(-1.0)
-    first = found[0]
-    error = residual(first, K_m, K_g)
-    if expand is not None:
-        x = expand(first.x)
-        first = first._replace(x=x, y=x.duplicate())
-    mode = replace(make_mode(balloon, q, first, error), value=0j)
-    pressures = tuple(pair.value.real for pair in found[:count])
-    return CriticalPressure(pressures[0], mode, pressures, divisions, harmonic)
-
-
-def _limit(balloon: Balloon) -> float:
-    """A pressure [Pa] beyond all reason: p R0/2 = N = 10 E t, a film strain of 1000 %."""
-    return 20 * balloon.film.Et / float(balloon.surface.shape.R0)
+    first = critical[0]
+    mode = replace(make_mode(balloon, q, first, residual(first, K_m, K_g)), value=0j)
+    pressures = tuple(pair.value.real for pair in critical[:count])
+    return CriticalPressure(pressures[0], mode, pressures, divisions)
 
 
 def _combine(K_m: Any, p: float, K_g: Any) -> Any:
@@ -117,21 +111,8 @@ def _combine(K_m: Any, p: float, K_g: Any) -> Any:
     return K
 
 
-def _stable_below(K_m: Any, K_g: Any, plates: int, limit: float) -> float:
-    """A pressure [Pa], within a tenth of the lowest critical one, at which K is positive definite.
-
-    The bracket is by inertia. Where K is not symmetric (`film` load on moving plates) it is that of
-    the film with its plates held, which is: the skin fails first and hardly moves a plate.
-
-    Args:
-        K_m: material part of the tangent.
-        K_g: its part per Pa.
-        plates: number of last rows to leave out.
-        limit: pressure at which to give up [Pa].
-
-    Returns:
-        the pressure; 0 where none down to 1e-6 Pa is stable, inf where all up to `limit` are.
-    """
+def _film_is_stable(K_m: Any, K_g: Any, plates: int) -> Callable[[float], bool]:
+    """Whether K(p) is positive definite, by inertia, its last rows of the plates left out."""
     if plates:
         start, end = K_m.getOwnershipRange()
         end = min(end, K_m.getSize()[0] - plates)
@@ -144,15 +125,4 @@ def _stable_below(K_m: Any, K_g: Any, plates: int, limit: float) -> float:
         K.destroy()
         return negative == 0
 
-    low = next((p for p in (1.0, 1e-3, 1e-6) if stable(p)), 0.0)
-    if low == 0.0:
-        return 0.0
-    high = 4 * low
-    while stable(high):
-        low, high = high, 4 * high
-        if low > limit:
-            return math.inf
-    while high > 1.1 * low:
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if stable(middle) else (low, middle)
-    return low
+    return stable

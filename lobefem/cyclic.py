@@ -1,18 +1,21 @@
 """All modes of one harmonic from one sector of a cyclic mesh (physics: harmonic reduction).
 
-With the unknowns of each node in its own cylindrical frame, a structured surface of N equal sectors
-has K coupling sector j to j - 1, j and j + 1 only, the same for every j. A motion of harmonic n is
-u_j = e^{i n alpha j} u_0, alpha = 2 pi/N, so that
+A structured surface consists of N equal sectors, turned by alpha = 2 pi/N from one to the next. In a
+motion of harmonic n sector j does what sector 0 does, turned by j alpha and multiplied by
+e^{i n alpha j}. So the motion of one sector of cells follows from the unknowns q_n on its near side
+and inside: q = J_n q_n, its far side being the near side turned, times e^{i n alpha}; and with K the
+tangent of that one sector's energy
 
-    K_n = N (K_0 + K_1 e^{i alpha n} + K_-1 e^{-i alpha n})
+    K_n = N J_n^H K J_n
 
-has all of its modes, from one sector. Plates enter n = 0 (spin, axial) and n = 1 (sway, tilt) only.
-In real arithmetic K_n is [[Re, -Im], [Im, Re]]: each eigenvalue twice, as in the full model, where
-the second one is that of harmonic -n.
+is the full model's tangent on all motions of harmonic n. Plates enter n = 0 (spin, axial) and n = 1
+(sway, tilt) only; hoops lie within the sector. No full model is assembled, let alone factorised.
+Eigenvalues of harmonic -n are the conjugates of those of n.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -23,156 +26,208 @@ import scipy.sparse as sp
 from lobefem.balloon import Balloon
 from lobefem.errors import InputError
 from lobefem.harmonics import cylindrical
+from lobefem.surface import sector_of
 
 # isort: split
 from mpi4py import MPI
-from petsc4py import PETSc
 
-__all__ = ["CyclicReduction"]
+__all__ = ["Sector", "sector_balloon"]
 
 Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
 Index = npt.NDArray[np.int64]
 
 
-class CyclicReduction:
-    """From matrices in a balloon's unknowns q to those of one harmonic, on every rank alone.
-
-    Args:
-        balloon: on a structured surface, its film nodes either free or held in all components.
+def sector_balloon(balloon: Balloon) -> Balloon:
+    """One sector of a balloon: the same film and parts on `sector_of` its surface.
 
     Raises:
-        InputError: the surface has no cyclic order, or a node is held in some components only.
+        InputError: the surface has no equal sectors, or the film's frame was given by hand.
+    """
+    if balloon.surface.copies != 1:
+        return balloon
+    if balloon.given_frame is not None:
+        raise InputError("a single harmonic needs the film's own frame; leave frame out")
+    return Balloon(
+        sector_of(balloon.surface),
+        balloon.film,
+        balloon.parts,
+        prestressed=balloon.prestressed,
+        hoop_slack=balloon.hoop_slack,
+        quadrature_degree=balloon.quadrature_degree,
+    )
 
-    Collective.
+
+@dataclass(frozen=True)
+class _Places:
+    """Where nodes lie: their sector, what tells them apart in it, and their cylindrical frames."""
+
+    sector: Index
+    keys: Index
+    frame: Array
+
+
+class Sector:
+    """One sector of a balloon and the phases that close it, the same on every rank.
+
+    Args:
+        balloon: the sector's, from `sector_balloon`, or a whole one on a cyclic mesh.
+
+    Attributes:
+        balloon: the sector's balloon, on this rank alone.
+        order: number N of sectors.
+        num_slots: nodes that are free in a sector, far side left out.
+
+    Raises:
+        InputError: the surface has no equal sectors, or a node is held in some components only.
     """
 
     def __init__(self, balloon: Balloon) -> None:
-        order = balloon.surface.cyclic_order
-        if order is None:
-            raise InputError("a single harmonic needs a cyclic mesh; use mesh layout 'structured'")
-        self.balloon, self.order = balloon, int(order)
-        self.comm = balloon.comm
-        constraint = balloon.map
-        nodes = np.unique(constraint.free // 3)
-        whole = np.array_equal(constraint.free, (3 * nodes[:, None] + np.arange(3)).ravel())
-        if not self.comm.allreduce(whole, op=MPI.LAND):
-            raise InputError("a single harmonic needs nodes that are free or held in all components")
-        angle, height, frame = cylindrical(balloon)
-        self._frame = frame[nodes]  # rows: radial, hoop, axial
-        alpha = 2 * np.pi / self.order
-        turns = np.mod(angle[nodes], 2 * np.pi) / alpha
-        self._sector = np.floor(turns + 1e-6).astype(np.int64)
-        inside = np.round((turns - self._sector) * 1e6).astype(np.int64)
-        self._sector %= self.order
-        span = self.comm.allreduce(np.abs(height).max(initial=0.0), op=MPI.MAX)
-        keys = np.stack([np.round(height[nodes] / span * 1e7).astype(np.int64), inside], axis=1)
-        first = np.concatenate(self.comm.allgather(keys[self._sector == 0]))
-        first = first[np.lexsort(first.T[::-1])]
-        self._slot = _match(first, keys)
-        if not self.comm.allreduce(bool((self._slot >= 0).all()), op=MPI.LAND):
-            raise InputError("the mesh is not the same in every sector; use mesh layout 'structured'")
-        self.num_slots = len(first)
-        start = constraint.create_vector().getOwnershipRange()[0]
-        self._start = start
-        # sector and 3 slot + component of every unknown in the sectors next to the first one
-        near = (self._sector <= 1) | (self._sector == self.order - 1)
-        q = start + 3 * np.flatnonzero(near)
-        table = np.stack([q, self._sector[near], self._slot[near]], axis=1)
-        angles = np.concatenate(self.comm.allgather(self._frame[near]))
-        table = np.concatenate(self.comm.allgather(table))
-        at = np.argsort(table[:, 0])
-        self._table, self._table_frame = table[at], angles[at]
+        self.balloon = sector_balloon(balloon)
+        self.order = int(self.balloon.surface.cyclic_order)
+        constraint = self.balloon.map
+        self._span = float(np.abs(cylindrical(self.balloon)[1]).max())
+        places = self._places(self.balloon)
+        near = places.sector == 0
+        self._table = places.keys[near][np.lexsort(places.keys[near].T[::-1])]
+        self.num_slots = len(self._table)
+        self._far = ~near
+        self._slot = self._match(places)
+        num, params = len(self._slot), constraint.num_parameters
+        rows = np.repeat(np.arange(3 * num), 3)
+        columns = (3 * self._slot[:, None, None] + np.arange(3)).repeat(3, axis=1)
+        entries = np.swapaxes(places.frame, 1, 2)  # Cartesian from cylindrical components
+        self._turn = sp.csr_matrix(
+            (entries.ravel(), (rows, columns.ravel())), shape=(3 * num + params, 3 * self.num_slots)
+        )
 
-    def reduce(self, matrix: Any, harmonic: int) -> tuple[Any, int]:
-        """The matrix of one harmonic as a PETSc matrix on this rank alone, and its plate parameters.
+    @property
+    def harmonics(self) -> range:
+        """All harmonics of the mesh, 0 to N/2."""
+        return range(self.order // 2 + 1)
 
-        Args:
-            matrix: a PETSc matrix in q.
-            harmonic: n, 0 <= n <= N/2.
-
-        Returns:
-            the real matrix (doubled unless n = 0 or N/2) and the number of its last rows of each
-            copy that belong to the plates.
-
-        Raises:
-            InputError: n out of range.
-
-        Collective.
-        """
+    def check(self, harmonic: int) -> None:
+        """Refuse a harmonic that the mesh does not have, by an InputError."""
         if not 0 <= harmonic <= self.order // 2:
             raise InputError(
                 f"harmonic = {harmonic}: a mesh of {self.order} equal sectors has harmonics 0 to "
                 f"{self.order // 2}; try more divisions around"
             )
-        plates = 0
-        block: Any = self._film(matrix, harmonic)
-        modes = self._plate_basis(harmonic)
-        if modes.shape[1]:
-            right, left, corner = self._plate_coupling(matrix, harmonic)
-            plates = modes.shape[1]
-            block = sp.bmat(
-                [[block, right @ modes], [modes.conj().T @ left, modes.conj().T @ corner @ modes]], "csr"
-            )
-        real = harmonic == 0 or 2 * harmonic == self.order
-        if not real:
-            # plates last in both copies: [film Re, film Im, plates Re, plates Im]
-            block = sp.bmat([[block.real, -block.imag], [block.imag, block.real]], "csr")
-            size = block.shape[0] // 2
-            film = np.arange(size - plates)
-            last = np.arange(size - plates, size)
-            at = np.concatenate([film, size + film, last, size + last])
-            block = block[at][:, at]
-        return _petsc_matrix(sp.csr_matrix(block.real if real else block)), plates * (1 if real else 2)
 
-    def expand(self, vector: Array, harmonic: int, plates: int) -> tuple[Any, Any]:
-        """The full model's q (real and imaginary part) of an eigenvector of `reduce`. Collective."""
-        film = 3 * self.num_slots
-        doubled = not (harmonic == 0 or 2 * harmonic == self.order)
-        if doubled:
-            half = plates // 2
-            u = vector[:film] + 1j * vector[film : 2 * film]
-            y = vector[2 * film : 2 * film + half] + 1j * vector[2 * film + half :]
-        else:
-            u, y = vector[:film] + 0j, vector[film:] + 0j
-        phase = np.exp(2j * np.pi * harmonic * self._sector / self.order)
-        local = u.reshape(-1, 3)[self._slot] * phase[:, None]
-        values = np.einsum("nij,ni->nj", self._frame, local).ravel()
-        if self.balloon.map.num_parameters and self.comm.rank == self.comm.size - 1:
-            basis = self._plate_basis(harmonic)
-            tail = basis @ y if basis.shape[1] else np.zeros(self.balloon.map.num_parameters, dtype=complex)
-            values = np.concatenate([values, tail])
-        real, imag = self.balloon.map.create_vector(), self.balloon.map.create_vector()
+    def copies(self, harmonic: int) -> int:
+        """How often the full model has each eigenvalue of a harmonic: of n and of -n."""
+        return 1 if harmonic == 0 or 2 * harmonic == self.order else 2
+
+    def num_plates(self, harmonic: int) -> int:
+        """Number of the plates' unknowns in a harmonic: the last ones of q_n."""
+        return int(self.plate_basis(harmonic).shape[1])
+
+    def jacobian(self, harmonic: int) -> Any:
+        """J_n: from q_n (cylindrical components of the slots, then plates) to the sector's q.
+
+        Raises:
+            InputError: n out of range.
+        """
+        self.check(harmonic)
+        phase = np.ones(self._turn.shape[0], dtype=complex)
+        phase[: 3 * len(self._far)][np.repeat(self._far, 3)] = np.exp(2j * np.pi * harmonic / self.order)
+        film: Any = sp.diags(phase) @ self._turn
+        basis = self.plate_basis(harmonic)
+        if not basis.shape[1]:
+            return film.tocsr()
+        plates: Any = sp.vstack([sp.csr_matrix((3 * len(self._far), basis.shape[1])), sp.csr_matrix(basis)])
+        return sp.hstack([film, plates]).tocsr()
+
+    def reduce(self, matrix: Any, harmonic: int) -> Any:
+        """A_n = N J_n^H A J_n of a SciPy or PETSc matrix in the sector's q, as a SciPy matrix."""
+        J = self.jacobian(harmonic)
+        return (self.order * (J.conj().T @ as_scipy(matrix) @ J)).tocsr()
+
+    def curvature(self, q: Any, left: Complex, right: Complex, harmonic: int) -> complex:
+        """z^H K_n x, integrated over the film without assembling K (see `Balloon.second_variation`).
+
+        Args:
+            q: the sector's q.
+            left: z, in q_n.
+            right: x, in q_n.
+            harmonic: n.
+        """
+        J = self.jacobian(harmonic)
+        vectors = []
+        for values in (J @ left, J @ right):
+            for part in (values.real, values.imag):
+                vectors.append(self.balloon.map.create_vector())
+                vectors[-1].array[:] = part
+        z_re, z_im, x_re, x_im = vectors
+        form = self.balloon.second_variation
+        real = form(q, z_re, x_re) + form(q, z_im, x_im)
+        imag = form(q, z_re, x_im) - form(q, z_im, x_re)
+        return self.order * complex(real, imag)
+
+    def displacement(self, vector: Complex, harmonic: int) -> Complex:
+        """The sector's nodal displacements (nodes, 3) of a vector q_n, in the reference shape."""
+        q = self.jacobian(harmonic) @ vector
+        zero = self.balloon.map.create_vector()
+        parts = []
+        for values in (q.real, q.imag):
+            dq = self.balloon.map.create_vector()
+            dq.array[:] = values
+            parts.append(self.balloon.displacement_of(zero, dq))
+        return parts[0] + 1j * parts[1]
+
+    def expand(self, whole: Balloon, vector: Complex, harmonic: int) -> tuple[Any, Any]:
+        """The whole balloon's q, real and imaginary part, of a vector q_n. Collective.
+
+        Args:
+            whole: the balloon that this is a sector of.
+            vector: q_n.
+            harmonic: n.
+        """
+        places = self._places(whole)
+        local = vector[: 3 * self.num_slots].reshape(-1, 3)[self._match(places)]
+        local = local * np.exp(2j * np.pi * harmonic / self.order * places.sector)[:, None]
+        values = np.einsum("nij,ni->nj", places.frame, local).ravel()
+        if whole.map.num_parameters and whole.comm.rank == whole.comm.size - 1:
+            values = np.concatenate([values, self.plate_basis(harmonic) @ vector[3 * self.num_slots :]])
+        real, imag = whole.map.create_vector(), whole.map.create_vector()
         real.array[:], imag.array[:] = values.real, values.imag
         return real, imag
 
-    def _film(self, matrix: Any, harmonic: int) -> Any:
-        """N (K_0 + K_1 e^{i alpha n} + K_-1 e^{-i alpha n}) in cylindrical components, on every rank."""
-        pointers, columns, values = matrix.getValuesCSR()
-        rows = np.flatnonzero(np.repeat(self._sector == 0, 3))
-        counts = (pointers[1:] - pointers[:-1])[rows]
-        at = np.concatenate([np.arange(pointers[r], pointers[r + 1]) for r in rows]) if rows.size else rows
-        row, column, value = np.repeat(rows, counts), columns[at], values[at]
-        # unknowns of plates are not in the table
-        known = np.searchsorted(self._table[:, 0], column, side="right") - 1
-        known = np.maximum(known, 0)
-        offset = column - self._table[known, 0]
-        film = (offset >= 0) & (offset < 3)
-        row, value, known, offset = row[film], value[film], known[film], offset[film]
-        node, component = row // 3, row % 3
-        step = (self._table[known, 1] + 1) % self.order - 1  # -1, 0, 1
-        phase = np.exp(2j * np.pi * harmonic * step / self.order) * self.order
-        # rotate both ends into their cylindrical frames: 9 entries for each one
-        left, right = self._frame[node][np.arange(len(node)), :, component], self._table_frame[known]
-        right = right[np.arange(len(known)), :, offset]
-        entries = (value * phase)[:, None, None] * left[:, :, None] * right[:, None, :]
-        i = np.broadcast_to((3 * self._slot[node])[:, None, None] + np.arange(3)[:, None], entries.shape)
-        j = np.broadcast_to((3 * self._table[known, 2])[:, None, None] + np.arange(3), entries.shape)
-        size = 3 * self.num_slots
-        mine = sp.coo_matrix((entries.ravel(), (i.ravel(), j.ravel())), shape=(size, size)).tocsr()
-        parts = self.comm.allgather((mine.data, mine.indices, mine.indptr))
-        return sum(sp.csr_matrix(part, shape=(size, size)) for part in parts)
+    def restrict(self, whole: Balloon, q: Any) -> Any:
+        """The sector's q of a whole balloon's state that is the same in every sector. Collective.
 
-    def _plate_basis(self, harmonic: int) -> npt.NDArray[np.complex128]:
+        Raises:
+            InputError: the state differs from sector to sector.
+        """
+        places = self._places(whole)
+        slot = self._match(places)
+        local = np.einsum("nij,nj->ni", places.frame, q.array_r[: 3 * len(slot)].reshape(-1, 3))
+        table, count = np.zeros((self.num_slots, 3)), np.zeros(self.num_slots)
+        np.add.at(table, slot, local)
+        np.add.at(count, slot, 1.0)
+        table = whole.comm.allreduce(table) / whole.comm.allreduce(count)[:, None]
+        size = float(whole.comm.allreduce(np.abs(local).max(initial=0.0), op=MPI.MAX))
+        off = float(whole.comm.allreduce(np.abs(local - table[slot]).max(initial=0.0), op=MPI.MAX))
+        # Newton's method leaves 1e-8 of the motion
+        if off > 1e-6 * size + 1e-12 * self._span:
+            raise InputError(
+                f"the state differs from sector to sector by {off:.2g} m, so its modes are not those of "
+                "single harmonics; leave harmonics out"
+            )
+        own = self.balloon.map.create_vector()
+        own.array[:] = self._turn @ table.ravel()
+        parameters = whole.map.parameters(q)
+        if parameters.size:
+            own.array[-parameters.size :] = parameters
+        return own
+
+    def cut_weights(self) -> Array:
+        """Share of the sector in each of its nodes, held ones included: a half on both of its cuts."""
+        turns = np.mod(cylindrical(self.balloon)[0], 2 * np.pi) * self.order / (2 * np.pi)
+        inside = np.abs(turns - np.round(turns)) > 1e-6
+        return np.where(inside, 1.0, 0.5)
+
+    def plate_basis(self, harmonic: int) -> Complex:
         """Plate parameters (rows) that move in a harmonic (columns).
 
         With n = 0 those along the axis, with n = 1 the pairs across it as x + i y, which is what turns
@@ -180,7 +235,7 @@ class CyclicReduction:
         """
         motion = self.balloon.motion
         names = motion.names if motion is not None else ()
-        columns: list[npt.NDArray[np.complex128]] = []
+        columns: list[Complex] = []
         for k, name in enumerate(names):
             column = np.zeros(len(names), dtype=complex)
             if harmonic == 0 and name.endswith("_z"):
@@ -192,50 +247,38 @@ class CyclicReduction:
             columns.append(column)
         return np.array(columns, dtype=complex).reshape(len(columns), len(names)).T
 
-    def _plate_coupling(self, matrix: Any, harmonic: int) -> tuple[Any, Any, Any]:
-        """K_fy (film rows projected on the harmonic), K_yf and K_yy, on every rank. Collective."""
-        n = self.balloon.map.num_parameters
-        size, first = 3 * self.num_slots, self.balloon.map.size - n
-        phase = np.exp(-2j * np.pi * harmonic * self._sector / self.order)
-        projected = []
-        corner = np.zeros((n, n))
-        for A in (matrix, matrix.transpose(PETSc.Mat())):
-            pointers, columns, values = A.getValuesCSR()
-            row = np.repeat(np.arange(len(pointers) - 1), np.diff(pointers))
-            plate = columns >= first
-            row, column, value = row[plate], columns[plate] - first, values[plate]
-            film = row < 3 * len(self._sector)
-            if A is matrix:
-                corner[row[~film] - 3 * len(self._sector), column[~film]] = value[~film]
-            row, column, value = row[film], column[film], value[film]
-            node, component = row // 3, row % 3
-            local = self._frame[node][np.arange(len(node)), :, component] * (value * phase[node])[:, None]
-            block = np.zeros((size, n), dtype=complex)
-            for k in range(3):
-                np.add.at(block, (3 * self._slot[node] + k, column), local[:, k])
-            projected.append(self.comm.allreduce(block))
-        return projected[0], projected[1].conj().T, self.comm.allreduce(corner)
+    def _places(self, balloon: Balloon) -> _Places:
+        """Of the free nodes that this rank owns. Collective."""
+        constraint = balloon.map
+        nodes = np.unique(constraint.free // 3)
+        whole = np.array_equal(constraint.free, (3 * nodes[:, None] + np.arange(3)).ravel())
+        if not balloon.comm.allreduce(whole, op=MPI.LAND):
+            raise InputError("a single harmonic needs nodes that are free or held in all components")
+        angle, height, frame = cylindrical(balloon)
+        turns = np.mod(angle[nodes], 2 * np.pi) * self.order / (2 * np.pi)
+        sector = np.floor(turns + 1e-6).astype(np.int64)
+        inside = np.round((turns - sector) * 1e6).astype(np.int64)
+        keys = np.stack([np.round(height[nodes] / self._span * 1e7).astype(np.int64), inside], axis=1)
+        return _Places(sector % self.order, keys, frame[nodes])
+
+    def _match(self, places: _Places) -> Index:
+        """Slot of each node; rounding may have moved a key by one."""
+        result = np.full(len(places.keys), -1, dtype=np.int64)
+        weights = np.array([1 << 24, 1])  # one number for a pair, in the order of the table
+        codes = self._table @ weights
+        for shift in product((0, -1, 1), repeat=2):
+            wanted = (places.keys + shift) @ weights
+            at = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
+            hit = (codes[at] == wanted) & (result < 0)
+            result[hit] = at[hit]
+        if (result < 0).any():
+            raise RuntimeError("the sector's nodes are not those of the whole mesh")
+        return result
 
 
-def _match(table: Index, keys: Index) -> Index:
-    """Row of `table` nearest to each key, -1 for none; rounding may have moved a key by one."""
-    result = np.full(len(keys), -1, dtype=np.int64)
-    weights = np.array([1 << 24, 1])  # one number for a pair, in the order of the table
-    codes = table @ weights
-    for shift in product((0, -1, 1), repeat=2):
-        wanted = (keys + shift) @ weights
-        at = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
-        hit = (codes[at] == wanted) & (result < 0)
-        result[hit] = at[hit]
-    return result
-
-
-def _petsc_matrix(matrix: Any) -> Any:
-    matrix.sort_indices()
-    result = PETSc.Mat().createAIJ(
-        matrix.shape,
-        csr=(matrix.indptr.astype(PETSc.IntType), matrix.indices.astype(PETSc.IntType), matrix.data),
-        comm=MPI.COMM_SELF,  # type: ignore[arg-type]
-    )
-    result.assemble()
-    return result
+def as_scipy(matrix: Any) -> Any:
+    """A PETSc matrix of this rank alone as a SciPy matrix, a SciPy one as it is."""
+    if sp.issparse(matrix):
+        return matrix
+    pointers, columns, values = matrix.getValuesCSR()
+    return sp.csr_matrix((values, columns, pointers), shape=matrix.getSize())

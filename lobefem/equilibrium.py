@@ -19,7 +19,7 @@ from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.log import logger
 
-__all__ = ["Equilibrium", "ideal_state", "inflate"]
+__all__ = ["Equilibrium", "ideal_state", "inflate", "require_whole"]
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -117,6 +117,7 @@ def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
     Collective.
     """
     _check_pressure(pressure)
+    require_whole(balloon)
     if not balloon.prestressed:
         raise InputError("the ideal state needs a prestressed balloon; pass prestressed=True")
     balloon.set_loads(pressure, pressure)
@@ -158,6 +159,7 @@ def inflate(
     Collective.
     """
     _check_pressure(pressure)
+    require_whole(balloon)
     if prestress is None:
         prestress = pressure if balloon.prestressed else 0.0
     if prestress and not balloon.prestressed:
@@ -329,6 +331,12 @@ def _record(
         num_dofs=3 * balloon.V.dofmap.index_map.size_global,
         steps=steps,
     )
+
+
+def require_whole(balloon: Balloon) -> None:
+    """Refuse one sector of a balloon where a whole one is needed."""
+    if balloon.surface.copies != 1:
+        raise InputError("this is one sector of a balloon; mesh the whole surface (sector=False)")
 
 
 def _check_pressure(pressure: float) -> None:

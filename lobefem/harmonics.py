@@ -10,7 +10,7 @@ from lobefem.balloon import Balloon
 # isort: split
 from mpi4py import MPI
 
-__all__ = ["cylindrical", "label", "spectrum"]
+__all__ = ["cylindrical", "kind_of", "label", "spectrum"]
 
 Array = npt.NDArray[np.float64]
 
@@ -74,24 +74,34 @@ def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> A
 
 
 def label(balloon: Balloon, real: Array, imag: Array, power: Array) -> str:
+    """The kind of a mode by its dominant harmonic, see `kind_of`. Collective."""
+    return kind_of(balloon, real + 1j * imag, int(np.argmax(power)))
+
+
+def kind_of(balloon: Balloon, displacement: npt.NDArray[np.complex128], harmonic: int) -> str:
     """The kind of a mode, after the paper's sec. 5: "sway", "twist", "global" or "local".
 
-    By the dominant harmonic: n = 1 moves the axis sideways (sway); n = 0 turns about it (twist) or
-    stretches and breathes (global). With n >= 2 plates and axis stay. Such a mode is local where it
-    strains the film rather than turning it, the coupled hoopwise and radial distortion of the paper:
-    strain makes up 0.5 to 0.9 of the displacement gradient of wrinkled film, which has no stiffness
-    against it, and less than 0.2 of that of isotropic film, which has no local modes.
+    n = 1 moves the axis sideways (sway); n = 0 turns about it (twist) or stretches and breathes
+    (global). With n >= 2 plates and axis stay. Such a mode is local where it strains the film rather
+    than turning it, the coupled hoopwise and radial distortion of the paper: strain makes up 0.5 to
+    0.9 of the displacement gradient of wrinkled film, which has no stiffness against it, and less than
+    0.2 of that of isotropic film, which has no local modes.
+
+    Args:
+        balloon: whose mode it is, or one sector of it.
+        displacement: nodal displacements (nodes, 3).
+        harmonic: the dominant n.
+
+    Collective.
     """
-    dominant = int(np.argmax(power))
-    if dominant == 1:
+    if harmonic == 1:
         return "sway"
-    if dominant == 0:
+    if harmonic == 0:
         _, _, frame = cylindrical(balloon)
-        n = len(frame)
-        field = np.einsum("nij,nj->ni", frame, real[:n] + 1j * imag[:n])
+        field = np.einsum("nij,nj->ni", frame, displacement[: len(frame)])
         parts = balloon.comm.allreduce((np.abs(field) ** 2).sum(axis=0))
         return "twist" if parts[1] > parts.sum() / 2 else "global"
-    return "local" if balloon.straining_share(real, imag) > 0.3 else "global"
+    return "local" if balloon.straining_share(displacement.real, displacement.imag) > 0.3 else "global"
 
 
 def _rings(balloon: Balloon, height: Array) -> npt.NDArray[np.int64]:

@@ -9,6 +9,7 @@ real part.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,11 +18,13 @@ import numpy.typing as npt
 
 from lobefem import _petsc
 from lobefem.balloon import Balloon
-from lobefem.eigenpairs import Pair, distinct, refine, residual, run, solver, with_conjugates
-from lobefem.equilibrium import Equilibrium
+from lobefem.cyclic import Sector
+from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, solver, with_conjugates
+from lobefem.equilibrium import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.harmonics import label, spectrum
 from lobefem.log import logger
+from lobefem.sector_modes import modes_of_harmonics
 
 # isort: split
 from petsc4py import PETSc
@@ -68,7 +71,7 @@ class Modes:
         symmetric: whether the tangent was found symmetric, and the Hermitian solver used.
         asymmetry: max|K - K^T|/max|K|.
         num_negative: eigenvalues below zero in the whole spectrum by the inertia of K, None where K
-            is not symmetric.
+            is not symmetric or single harmonics were looked at.
         modes: the pairs.
     """
 
@@ -102,6 +105,7 @@ def find_modes(
     *,
     mass: str = "unit",
     tolerance: float = 1e-8,
+    harmonics: Iterable[int] | None = None,
 ) -> Modes:
     """The lowest modes of a state.
 
@@ -113,15 +117,20 @@ def find_modes(
         count: how many; a complex pair that straddles the end is kept whole.
         mass: "unit" or "nodal".
         tolerance: of SLEPc.
+        harmonics: look at these circumferential harmonics alone, each from one sector of a structured
+            mesh (`lobefem.cyclic`): no full tangent is assembled or factorised.
 
     Raises:
-        InputError: an unknown mass or a count below 1.
+        InputError: an unknown mass, a count below 1, or harmonics that the mesh does not have.
         EigenError: fewer pairs converged than asked for.
 
     Collective.
     """
-    check_request(state.balloon, count, mass)
     balloon = state.balloon
+    check_request(balloon, count, mass)
+    require_whole(balloon)
+    if harmonics is not None:
+        return _of_harmonics(state, count, mass, tuple(harmonics))
     q = state.activate()
     K, B = balloon.tangent(q), balloon.mass(q, mass)
     skew = _petsc.asymmetry(K)
@@ -178,12 +187,10 @@ def _symmetric_part(K: Any, symmetric: bool) -> Any:
 def _shift_below(balloon: Balloon, K: Any, B: Any, symmetric: bool) -> tuple[float, int]:
     """A shift below every eigenvalue's real part, and the number of negative ones.
 
-    Both by inertia of K's symmetric part; the first guess is a hundredth of p/sqrt(area), the
-    stiffness scale of a pressurised film.
+    Both by inertia of K's symmetric part.
     """
     S = _symmetric_part(K, symmetric)
-    pressure = max(abs(float(balloon.pressure.value)), abs(float(balloon.prestress.value)), 1e-3)
-    shift = -1e-2 * pressure / math.sqrt(balloon.reference_area)
+    shift = -_scale(balloon)
     negative = below = _petsc.num_negative(S)
     while below and shift > -1e15:
         shifted = S.copy()
@@ -195,6 +202,54 @@ def _shift_below(balloon: Balloon, K: Any, B: Any, symmetric: bool) -> tuple[flo
     if S is not K:
         S.destroy()
     return shift, negative
+
+
+def _scale(balloon: Balloon) -> float:
+    """A hundredth of p/sqrt(area), the stiffness scale of a pressurised film [Pa/m]."""
+    pressure = max(abs(float(balloon.pressure.value)), abs(float(balloon.prestress.value)), 1e-3)
+    return 1e-2 * pressure / math.sqrt(balloon.reference_area)
+
+
+def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, ...]) -> Modes:
+    """The lowest modes of some harmonics, each value as often as the full model has it."""
+    balloon = state.balloon
+    sector = Sector(balloon)
+    for n in harmonics:
+        sector.check(n)
+    if not harmonics:
+        raise InputError("no harmonics are given; leave them out for all")
+    q = state.activate()
+    sector.balloon.set_loads(state.pressure, state.prestress)
+    found = modes_of_harmonics(
+        sector,
+        sector.restrict(balloon, q),
+        sorted(set(harmonics)),
+        count,
+        mass=mass,
+        scale=_scale(balloon),
+        comm=balloon.comm,
+    )
+    modes: list[Mode] = []
+    for one in found:
+        vector = one.vector
+        if sector.copies(one.harmonic) == 1:  # of a real matrix: its phase is arbitrary
+            largest = vector[np.abs(vector).argmax()]
+            vector = vector * (abs(largest) / largest)
+        x, y = sector.expand(balloon, vector, one.harmonic)
+        zero = x.duplicate()
+        if sector.copies(one.harmonic) == 1:
+            pairs = [Pair(complex(one.value.real), x, zero)]
+        elif abs(one.value.imag) > 1e-8 * abs(one.value):
+            # that of n, e^{i n theta}, and the conjugate, that of -n
+            minus_y = y.copy()
+            minus_y.scale(-1.0)
+            pairs = sorted([Pair(one.value, x, y), Pair(one.value.conjugate(), x, minus_y)], key=order)
+        else:  # real: the wave's cosine and its sine
+            pairs = [Pair(complex(one.value.real), v, zero) for v in (x, y)]
+        modes += [make_mode(balloon, q, pair, one.residual) for pair in pairs]
+    end = count + (len(modes) > count and modes[count - 1].value.imag > 0)
+    skew = max(one.asymmetry for one in found)
+    return Modes(state, mass, skew < _petsc.SYMMETRIC, skew, None, tuple(modes[:end]))
 
 
 def _complete(K: Any, B: Any, pairs: list[Pair], count: int, shift: float) -> bool:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _distribute, _gmsh, _net, checks
+from lobefem import _distribute, _dolfinx, _gmsh, _net, checks
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
 from lobefem.log import logger
@@ -25,7 +25,7 @@ from lobefem.log import logger
 from dolfinx.mesh import Mesh, MeshTags  # after lobefem._dolfinx, which finds the stack
 from mpi4py import MPI
 
-__all__ = ["Cylinder", "Surface", "cylinder", "lobed_cylinder"]
+__all__ = ["Cylinder", "Surface", "cylinder", "lobed_cylinder", "sector_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -104,6 +104,7 @@ class Surface:
         divisions: cells (along one lobe's meridian, around the axis), None for unstructured.
         shape: the exact shape of each lobe.
         num_lobes: number of lobes in the stack.
+        copies: how many turned copies of it close the surface: 1, or `cyclic_order` for one sector.
     """
 
     mesh: Mesh
@@ -115,6 +116,7 @@ class Surface:
     divisions: tuple[int, int] | None
     shape: Isotensoid | Cylinder
     num_lobes: int
+    copies: int = 1
 
 
 def lobed_cylinder(
@@ -127,6 +129,7 @@ def lobed_cylinder(
     diagonals: str = "same",
     layout: str = "structured",
     size: float | None = None,
+    sector: bool = False,
     comm: Any = MPI.COMM_WORLD,
 ) -> Surface:
     """Mesh a stack of isotensoid lobes. Collective.
@@ -140,6 +143,7 @@ def lobed_cylinder(
         diagonals: how structured triangles are cut, all the same way ('same') or 'alternating'.
         layout: 'structured' (exactly cyclic, equal steps of arc length) or 'unstructured'.
         size: target edge length [m] of an unstructured mesh.
+        sector: mesh one of its equal sectors only, whole on every rank (see `lobefem.cyclic`).
         comm: MPI communicator.
 
     Raises:
@@ -150,7 +154,7 @@ def lobed_cylinder(
         shape = Isotensoid.from_edge_radius()
     if not isinstance(shape, Isotensoid):
         raise InputError(f"shape is {shape!r}; give an Isotensoid or None for the paper's design")
-    return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, layout, size, comm)
+    return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, layout, size, sector, comm)
 
 
 def cylinder(
@@ -163,6 +167,7 @@ def cylinder(
     diagonals: str = "same",
     layout: str = "structured",
     size: float | None = None,
+    sector: bool = False,
     comm: Any = MPI.COMM_WORLD,
 ) -> Surface:
     """Mesh a flat cylinder (paper sec. 5), one lobe with straight meridians. Collective.
@@ -176,6 +181,7 @@ def cylinder(
         diagonals: how structured triangles are cut.
         layout: 'structured' or 'unstructured'.
         size: target edge length [m] of an unstructured mesh.
+        sector: as for `lobed_cylinder`.
         comm: MPI communicator.
 
     Raises:
@@ -183,7 +189,7 @@ def cylinder(
         SolveError: Gmsh failed (raised on every rank).
     """
     shape = Cylinder(radius, length)
-    return _make(shape, 1, (1, 3), divisions, cell, order, diagonals, layout, size, comm)
+    return _make(shape, 1, (1, 3), divisions, cell, order, diagonals, layout, size, sector, comm)
 
 
 def _make(
@@ -196,6 +202,7 @@ def _make(
     diagonals: str,
     layout: str,
     size: float | None,
+    sector: bool,
     comm: Any,
 ) -> Surface:
     lobes = checks.integer("the number of lobes", lobes, 1)
@@ -220,10 +227,14 @@ def _make(
                 f"size is {size!r} but the layout is structured; give divisions, or layout='unstructured'"
             )
         cut = diagonals if corners == 3 else None
-        build = partial(_structured, shape, lobes, counts, cut, order)
+        build = partial(_structured, shape, lobes, counts, cut, order, sectors if sector else None)
     else:
+        if sector:
+            raise InputError("an unstructured mesh has no equal sectors; use layout='structured'")
         build = partial(_unstructured, shape, lobes, _size(size, shape, lobes), corners, order)
 
+    if sector:
+        comm = MPI.COMM_SELF
     net = _distribute.on_root(comm, build)
     x = None if net is None else _net.place(shape, lobes, net.t, net.theta)
     mesh = _distribute.distribute_mesh(comm, cell, order, x, None if net is None else net.cells)
@@ -247,6 +258,7 @@ def _make(
         divisions=counts,
         shape=shape,
         num_lobes=lobes,
+        copies=sectors if sector and sectors is not None else 1,
     )
     surface.axis.flags.writeable = False
     logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), cell, num_nodes)
@@ -259,10 +271,33 @@ def _structured(
     divisions: tuple[int, int],
     diagonals: str | None,
     order: int,
+    sectors: int | None,
 ) -> _net.Net:
-    raw = _gmsh.structured(shape, lobes, divisions)
-    net = _net.structured_net(raw, shape, divisions, diagonals)
+    along, around = divisions
+    # of one sector Gmsh meshes a coarse turn, all of whose columns are alike
+    columns = around if sectors is None else min(around, 4)
+    raw = _gmsh.structured(shape, lobes, (along, columns))
+    net = _net.structured_net(raw, shape, (along, columns), diagonals)
+    if sectors is not None:
+        net = _net.sector_of(net, columns, around // sectors, sectors)
     return net if order == 1 else _net.with_midpoints(net)
+
+
+def sector_of(surface: Surface) -> Surface:
+    """One sector of a structured surface, meshed alike, whole on every rank.
+
+    Raises:
+        InputError: the surface has no equal sectors.
+    """
+    if surface.cyclic_order is None or surface.divisions is None:
+        raise InputError("a single harmonic needs a cyclic mesh; use mesh layout 'structured'")
+    cell = surface.mesh.topology.cell_name()
+    order = 1 if _dolfinx.geometry_dofmap(surface.mesh).shape[1] == {"triangle": 3}.get(cell, 4) else 2
+    diagonals = "same" if surface.cyclic_order == surface.divisions[1] else "alternating"
+    return _make(
+        surface.shape, surface.num_lobes, (1, 3), surface.divisions, cell, order, diagonals,
+        "structured", None, True, MPI.COMM_SELF,
+    )  # fmt: skip
 
 
 def _unstructured(

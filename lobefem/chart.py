@@ -1,0 +1,245 @@
+"""Critical pressures harmonic by harmonic: K_n(p) = K_m + p K_g from one sector of the held geometry.
+
+The lowest of each harmonic, p_crit(n), tells what the lowest of all hides: low harmonics converge under
+refinement, and which n is critical.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.optimize
+
+from lobefem._banded import HERMITIAN, Band, asymmetry, lowest, most_negative
+from lobefem.balloon import Balloon
+from lobefem.cyclic import Sector, as_scipy
+from lobefem.errors import EigenError, InputError, LobefemError
+from lobefem.harmonics import kind_of
+
+# isort: split
+from mpi4py import MPI
+
+__all__ = [
+    "HarmonicChart", "HeldPencil", "harmonic_chart", "pressure_limit", "require_prestress",
+    "sector_pencil", "stable_below",
+]  # fmt: skip
+
+Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class HarmonicChart:
+    """The critical pressures of each harmonic of a held ideal geometry.
+
+    Attributes:
+        harmonics: n, ascending.
+        pressures: p_crit(n) [Pa]: inf where no pressure makes it unstable, 0 where any does.
+        kinds: of the critical modes, "" without one.
+        residuals: ||K_m phi + p K_g phi||/||K_m phi||, nan without a mode.
+        divisions: (along a lobe, around) of the mesh.
+        lobes: number of lobes.
+    """
+
+    harmonics: tuple[int, ...]
+    pressures: tuple[float, ...]
+    kinds: tuple[str, ...]
+    residuals: tuple[float, ...] = field(repr=False)
+    divisions: tuple[int, int]
+    lobes: int
+
+    @property
+    def lowest(self) -> int:
+        """The harmonic with the lowest critical pressure."""
+        return self.harmonics[int(np.argmin(self.pressures))]
+
+    @property
+    def pressure(self) -> float:
+        """The lowest critical pressure [Pa]."""
+        return min(self.pressures)
+
+    def __getitem__(self, harmonic: int) -> float:
+        return self.pressures[self.harmonics.index(harmonic)]
+
+
+@dataclass(frozen=True)
+class OneHarmonic:
+    """The critical pressures of one harmonic, ascending [Pa], and the first one's q_n."""
+
+    pressures: tuple[float, ...]
+    vector: Complex | None = field(repr=False)
+    residual: float
+
+
+def harmonic_chart(
+    balloon: Balloon,
+    harmonics: Iterable[int] | None = None,
+    *,
+    progress: Callable[[str], None] | None = None,
+) -> HarmonicChart:
+    """The critical pressure of each harmonic, dealt out to the ranks. Collective.
+
+    Args:
+        balloon: prestressed, on a structured surface or on one sector of it (`sector=True`).
+        harmonics: which; by default all that the mesh has, 0 to N/2.
+        progress: called with a line of text for each harmonic of this rank.
+
+    Raises:
+        InputError: the balloon is not prestressed, or its mesh has no such harmonics.
+        EigenError: a harmonic's problem did not converge.
+    """
+    require_prestress(balloon)
+    sector = Sector(balloon)
+    chosen = tuple(sector.harmonics if harmonics is None else harmonics)
+    if not chosen:
+        raise InputError("no harmonics are given; leave them out for all")
+    for n in chosen:
+        sector.check(n)
+    comm = MPI.COMM_WORLD if balloon.surface.copies != 1 else balloon.comm
+    pencils = sector_pencil(sector)
+    found: dict[int, tuple[float, str, float]] = {}
+    fault: LobefemError | None = None
+    hint = None
+    try:
+        for n in chosen[comm.rank :: comm.size]:
+            if progress is not None:
+                progress(f"harmonic {n} of {len(chosen)}")
+            one = HeldPencil(sector, n, pencils).solve(1, hint)
+            hint = one.pressures[0] if math.isfinite(one.pressures[0]) else None
+            kind = ""
+            if one.vector is not None:
+                kind = kind_of(sector.balloon, sector.displacement(one.vector, n), n)
+            found[n] = (one.pressures[0], kind, one.residual)
+    except LobefemError as error:
+        fault = error
+    everything = comm.allgather((found, fault))
+    for _, failure in everything:
+        if failure is not None:
+            raise failure
+    table = {n: row for part, _ in everything for n, row in part.items()}
+    pressures, kinds, residuals = zip(*(table[n] for n in chosen), strict=True)
+    surface = balloon.surface
+    return HarmonicChart(chosen, pressures, kinds, residuals, surface.divisions, surface.num_lobes)
+
+
+def sector_pencil(sector: Sector) -> tuple[Any, Any, Any]:
+    """K_m, K_g and the mass of the sector's film and its share of the plates, as SciPy matrices."""
+    balloon = sector.balloon
+    K_m, K_g = balloon.held_pencil()
+    return as_scipy(K_m), as_scipy(K_g), as_scipy(balloon.mass(balloon.map.create_vector()))
+
+
+class HeldPencil:
+    """K_n(p) = K_m + p K_g of one harmonic.
+
+    Args:
+        sector: of a prestressed balloon.
+        harmonic: n.
+        pencil: `sector_pencil`, where it is at hand.
+
+    Raises:
+        InputError: n out of range.
+    """
+
+    def __init__(self, sector: Sector, harmonic: int, pencil: tuple[Any, Any, Any] | None = None) -> None:
+        matrices = sector_pencil(sector) if pencil is None else pencil
+        self.K_m, self.K_g, self.M = (sector.reduce(A, harmonic) for A in matrices)
+        self.limit = pressure_limit(sector.balloon)
+        self.hermitian = asymmetry(self.K_g) < HERMITIAN
+        self._scale = 1e-3 / math.sqrt(sector.balloon.reference_area)  # Pa/m per Pa
+        if self.hermitian:
+            self.band = Band(abs(self.K_m) + abs(self.K_g))
+            self._bands = self.band.pack(self.K_m), self.band.pack(self.K_g)
+
+    def _solver(self, p: float) -> Callable[[Complex], Complex] | None:
+        return self.band.factor(self._bands[0] + p * self._bands[1])
+
+    def _lowest(self, p: float) -> tuple[float, Complex]:
+        """The lowest real part of lambda at a pressure, with its vector."""
+        values, vectors, _ = lowest(self.K_m + p * self.K_g, self.M, 1, self._scale * p)
+        return float(values[0].real), vectors[:, 0]
+
+    def solve(self, count: int = 1, hint: float | None = None) -> OneHarmonic:
+        """The lowest critical pressures; of a pencil that is not Hermitian the lowest one.
+
+        There, with `film` load on moving plates and n = 1, eigenvalues are complex, and the balloon is
+        stable while the lowest real part is positive.
+
+        Args:
+            count: how many to look for.
+            hint: a guess of the lowest one [Pa].
+
+        Raises:
+            EigenError: nothing found where one was proved to be.
+        """
+        if not self.hermitian:
+            return self._of_real_parts()
+        p0 = stable_below(lambda p: self._solver(p) is not None, self.limit, hint)
+        if p0 in (0.0, math.inf):
+            return OneHarmonic((p0,), None, math.nan)
+        solve = self._solver(p0)
+        assert solve is not None
+        values, vectors = most_negative(self.K_g, self.K_m + p0 * self.K_g, solve, count)
+        keep = values < 0
+        if not keep.any():
+            raise EigenError(f"no critical pressure found near {p0:.6g} Pa, where one was proved to be")
+        pressures = tuple(float(p) for p in p0 - 1 / values[keep])
+        return self._record(pressures, vectors[:, keep][:, 0])
+
+    def _of_real_parts(self) -> OneHarmonic:
+        p0 = stable_below(lambda p: self._lowest(p)[0] > 0, self.limit)
+        if p0 in (0.0, math.inf):
+            return OneHarmonic((p0,), None, math.nan)
+        p: float = scipy.optimize.brentq(lambda p: self._lowest(p)[0], p0, 1.1 * p0, rtol=1e-12)
+        return self._record((p,), self._lowest(p)[1])
+
+    def _record(self, pressures: tuple[float, ...], x: Complex) -> OneHarmonic:
+        """With the residual ||K phi - lambda B phi||/||K_m phi||; lambda is 0 or imaginary."""
+        elastic = self.K_m @ x
+        K_x, M_x = elastic + pressures[0] * (self.K_g @ x), self.M @ x
+        value = 0.0 if self.hermitian else 1j * (np.vdot(x, K_x) / np.vdot(x, M_x)).imag
+        error = np.linalg.norm(K_x - value * M_x) / np.linalg.norm(elastic)
+        return OneHarmonic(pressures, x, float(error))
+
+
+def require_prestress(balloon: Balloon) -> None:
+    """Refuse a balloon without built-in stress by an InputError."""
+    if not balloon.prestressed:
+        raise InputError("critical_pressure needs a prestressed balloon; pass prestressed=True")
+
+
+def pressure_limit(balloon: Balloon) -> float:
+    """A pressure [Pa] beyond all reason: p R0/2 = N = 10 E t, a film strain of 1000 %."""
+    return 20 * balloon.film.Et / float(balloon.surface.shape.R0)
+
+
+def stable_below(stable: Callable[[float], bool], limit: float, hint: float | None = None) -> float:
+    """A pressure [Pa], within a tenth of the lowest critical one, at which the balloon is stable.
+
+    Args:
+        stable: whether it is at a pressure, by inertia.
+        limit: pressure at which to give up [Pa].
+        hint: a guess of the critical pressure [Pa].
+
+    Returns:
+        the pressure; 0 where none down to 1e-3 Pa is stable, inf where all up to `limit` are.
+    """
+    starts = [*((0.93 * hint, 0.2 * hint) if hint else ()), 1.0, 1e-3]
+    low = next((p for p in starts if stable(p)), 0.0)
+    if low == 0.0:
+        return 0.0
+    step = 1.1 if hint and low == starts[0] else 4.0
+    high = step * low
+    while stable(high):
+        low, high, step = high, 4 * high, 4.0
+        if low > limit:
+            return math.inf
+    while high > 1.1 * low:
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low

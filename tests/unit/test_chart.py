@@ -1,0 +1,86 @@
+"""The chart of critical pressures by harmonics."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from lobefem import _dolfinx  # noqa: F401
+from lobefem.balloon import Balloon
+from lobefem.cables import Hoops
+from lobefem.chart import harmonic_chart, stable_below
+from lobefem.critical import critical_pressure
+from lobefem.errors import InputError
+from lobefem.films import FixedWrinkles, Isotropic
+from lobefem.loads import GasPressure
+from lobefem.plates import EndPlates
+from lobefem.stability import find_modes
+from lobefem.surface import lobed_cylinder
+
+
+def build(film, load="film", support="clamped", lobes=1, divisions=(12, 20), **mesh):
+    parts = [GasPressure(load), Hoops(), EndPlates(support=support)]
+    return Balloon(lobed_cylinder(lobes, divisions, **mesh), film, parts, prestressed=True)
+
+
+def test_the_lowest_of_the_chart_is_the_full_models():
+    balloon = build(FixedWrinkles(), lobes=2)
+    full = critical_pressure(balloon)
+    chart = harmonic_chart(balloon)
+    assert chart.harmonics == tuple(range(11))
+    assert chart.pressure == pytest.approx(full.pressure, rel=1e-8)
+    assert chart.lowest == full.mode.harmonic
+    assert chart.kinds[chart.lowest] == full.mode.kind == "local"
+    assert chart[3] == pytest.approx(critical_pressure(balloon, harmonic=3).pressure, rel=1e-10)
+    assert np.nanmax(chart.residuals) < 1e-8
+
+
+def test_a_sector_alone_gives_the_chart_of_the_whole():
+    whole, sector = (
+        harmonic_chart(build(FixedWrinkles(), lobes=2, sector=alone), [1, 4, 2]) for alone in (False, True)
+    )
+    assert whole.harmonics == sector.harmonics == (1, 4, 2)
+    assert np.allclose(whole.pressures, sector.pressures, rtol=1e-12)
+    assert dataclasses.replace(whole, pressures=(), residuals=()) == dataclasses.replace(
+        sector, pressures=(), residuals=()
+    )
+
+
+def test_isotropic_film_is_stable_in_low_harmonics_up_to_high_pressures():
+    chart = harmonic_chart(build(Isotropic(), load="closed", support="fixed", order=2), range(6))
+    assert min(chart.pressures) > 1e5
+
+
+def test_with_complex_eigenvalues_the_real_part_decides():
+    """n = 1 under `film` load on moving plates."""
+    balloon = build(FixedWrinkles(), lobes=3, divisions=(12, 16))
+    p = harmonic_chart(balloon, [1])[1]
+    assert 1e5 < p < 1e6
+    from lobefem.equilibrium import ideal_state
+
+    below, above = (
+        find_modes(ideal_state(balloon, factor * p), 2, harmonics=[1]).values[0].real
+        for factor in (0.99, 1.01)
+    )
+    assert below > 0 > above
+
+
+def test_requests_that_make_no_sense_are_refused():
+    balloon = build(FixedWrinkles(), divisions=(4, 8))
+    with pytest.raises(InputError, match="no harmonics are given"):
+        harmonic_chart(balloon, [])
+    with pytest.raises(InputError, match="harmonic = 9: a mesh of 8 equal sectors"):
+        harmonic_chart(balloon, [9])
+    with pytest.raises(InputError, match="prestressed=True"):
+        harmonic_chart(Balloon(balloon.surface, Isotropic(), [EndPlates()]))
+
+
+@pytest.mark.parametrize("hint", [None, 50.0, 700.0, 1e5])
+def test_the_bracket_finds_the_critical_pressure_from_any_hint(hint):
+    below = stable_below(lambda p: p < 777.0, 1e6, hint)
+    assert 777 / 1.1 <= below < 777
+
+
+def test_the_bracket_says_never_and_always():
+    assert stable_below(lambda p: True, 1e6) == np.inf
+    assert stable_below(lambda p: False, 1e6, 10.0) == 0.0
