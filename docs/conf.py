@@ -39,3 +39,13 @@ autodoc_typehints_format = "short"
 python_use_unqualified_type_names = True
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+
+
+def _escape_bars(app, what, name, obj, options, lines):
+    """Docstrings are prose: |z| is an absolute value, no substitution."""
+    lines[:] = [line.replace("|", r"\|") for line in lines]
+
+
+def setup(app):
+    """Sphinx's hook."""
+    app.connect("autodoc-process-docstring", _escape_bars)
