@@ -82,8 +82,8 @@ def create_mesh(comm: Any, cells: npt.NDArray[np.int64], element: Any, x: npt.ND
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=x, e=element, partitioner=shared_facet_partitioner())
 
 
-def form(expression: Any) -> Any:
-    """Compile a UFL form.
+def form(expression: Any, cache_dir: Path | None = None) -> Any:
+    """Compile a UFL form, into another cache than the user's if one is given.
 
     A killed run can leave a half-made entry in the cache of compiled forms, for which FFCx then waits
     in vain: after a minute it is removed. The C compiler's warnings about generated code are for
@@ -94,7 +94,9 @@ def form(expression: Any) -> Any:
 
     Collective.
     """
-    options = {"timeout": 60, "cffi_extra_compile_args": ["-O2", "-g0", "-w"]}
+    options: dict[str, Any] = {"timeout": 60, "cffi_extra_compile_args": ["-O2", "-g0", "-w"]}
+    if cache_dir is not None:
+        options["cache_dir"] = cache_dir
     comm = expression.ufl_domain().ufl_cargo().comm
     try:
         return dolfinx.fem.form(expression, jit_options=options)

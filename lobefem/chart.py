@@ -7,7 +7,7 @@ refinement, and which n is critical.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,8 +25,8 @@ from lobefem.harmonics import kind_of
 from mpi4py import MPI
 
 __all__ = [
-    "HarmonicChart", "HeldPencil", "harmonic_chart", "pressure_limit", "require_prestress",
-    "sector_pencil", "stable_below",
+    "HarmonicChart", "HeldPencil", "OneHarmonic", "harmonic_chart", "pressure_limit",
+    "require_prestress", "sector_pencil", "solve_harmonics", "stable_below",
 ]  # fmt: skip
 
 Array = npt.NDArray[np.float64]
@@ -80,6 +80,7 @@ def harmonic_chart(
     balloon: Balloon,
     harmonics: Iterable[int] | None = None,
     *,
+    comm: Any = None,
     progress: Callable[[str], None] | None = None,
 ) -> HarmonicChart:
     """The critical pressure of each harmonic, dealt out to the ranks. Collective.
@@ -87,6 +88,7 @@ def harmonic_chart(
     Args:
         balloon: prestressed, on a structured surface or on one sector of it (`sector=True`).
         harmonics: which; by default all that the mesh has, 0 to N/2.
+        comm: the ranks that share the work (default: the whole balloon's, all of them for a sector).
         progress: called with a line of text for each harmonic of this rank.
 
     Raises:
@@ -96,35 +98,56 @@ def harmonic_chart(
     require_prestress(balloon)
     sector = Sector(balloon)
     chosen = tuple(sector.harmonics if harmonics is None else harmonics)
-    if not chosen:
+    if comm is None:
+        comm = MPI.COMM_WORLD if balloon.surface.copies != 1 else balloon.comm
+    found = solve_harmonics(sector, chosen, 1, comm=comm, progress=progress)
+    kinds = tuple(
+        "" if one.vector is None else kind_of(sector.balloon, sector.displacement(one.vector, n), n)
+        for n, one in found.items()
+    )
+    pressures = tuple(one.pressures[0] for one in found.values())
+    residuals = tuple(one.residual for one in found.values())
+    surface = balloon.surface
+    return HarmonicChart(tuple(found), pressures, kinds, residuals, surface.divisions, surface.num_lobes)
+
+
+def solve_harmonics(
+    sector: Sector,
+    harmonics: Sequence[int],
+    count: int,
+    *,
+    comm: Any,
+    progress: Callable[[str], None] | None = None,
+) -> dict[int, OneHarmonic]:
+    """The lowest critical pressures of each harmonic, dealt out to the ranks. Collective over `comm`.
+
+    Raises:
+        InputError: no harmonics, or one that the mesh does not have.
+        EigenError: a harmonic's problem did not converge.
+    """
+    if not harmonics:
         raise InputError("no harmonics are given; leave them out for all")
-    for n in chosen:
+    for n in harmonics:
         sector.check(n)
-    comm = MPI.COMM_WORLD if balloon.surface.copies != 1 else balloon.comm
-    pencils = sector_pencil(sector)
-    found: dict[int, tuple[float, str, float]] = {}
+    pencil = sector_pencil(sector)
+    found: dict[int, OneHarmonic] = {}
     fault: LobefemError | None = None
     hint = None
     try:
-        for n in chosen[comm.rank :: comm.size]:
+        for n in harmonics[comm.rank :: comm.size]:
             if progress is not None:
-                progress(f"harmonic {n} of {len(chosen)}")
-            one = HeldPencil(sector, n, pencils).solve(1, hint)
-            hint = one.pressures[0] if math.isfinite(one.pressures[0]) else None
-            kind = ""
-            if one.vector is not None:
-                kind = kind_of(sector.balloon, sector.displacement(one.vector, n), n)
-            found[n] = (one.pressures[0], kind, one.residual)
+                progress(f"critical pressure of harmonic {n}, to {max(harmonics)}")
+            found[n] = HeldPencil(sector, n, pencil).solve(count, hint)
+            # its neighbour's is not far
+            hint = found[n].pressures[0] if math.isfinite(found[n].pressures[0]) else None
     except LobefemError as error:
         fault = error
-    everything = comm.allgather((found, fault))
-    for _, failure in everything:
+    parts = comm.allgather((found, fault))
+    for _, failure in parts:
         if failure is not None:
             raise failure
-    table = {n: row for part, _ in everything for n, row in part.items()}
-    pressures, kinds, residuals = zip(*(table[n] for n in chosen), strict=True)
-    surface = balloon.surface
-    return HarmonicChart(chosen, pressures, kinds, residuals, surface.divisions, surface.num_lobes)
+    table = {n: one for part, _ in parts for n, one in part.items()}
+    return {n: table[n] for n in harmonics}
 
 
 def sector_pencil(sector: Sector) -> tuple[Any, Any, Any]:

@@ -11,7 +11,7 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -110,6 +110,7 @@ def modes(
     state: options.State = "ideal",
     count: options.Count = "8",
     mass: options.Mass = "unit",
+    harmonics: options.Harmonics = None,
     petsc: options.Petsc = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
@@ -119,9 +120,12 @@ def modes(
     number = _integer("--count", count, 1)
     _one_of("--state", state, ("ideal", "inflated"))
     _one_of("--mass", mass, ("unit", "nodal"))
+    chosen = _integers("--harmonics", harmonics)
     _run(
         context,
-        lambda plan, progress: _tasks().modes(plan, state=state, count=number, mass=mass, progress=progress),
+        lambda plan, progress: _tasks().modes(
+            plan, state=state, count=number, mass=mass, harmonics=chosen, progress=progress
+        ),
     )
 
 
@@ -160,6 +164,49 @@ def critical(
     )
 
 
+@app.command(
+    epilog=_examples(
+        "lobefem harmonics meshes/single.toml --divisions 96x256 --out run",
+        "lobefem harmonics meshes/stack4.toml --film isotropic --harmonics 0:8",
+    )
+)
+def harmonics(
+    context: typer.Context,
+    design: options.DesignFile,
+    film: options.FilmLaw = None,
+    load: options.Load = None,
+    support: options.Support = None,
+    lift: options.Lift = None,
+    slack_stiffness: options.Slack = None,
+    divisions: options.Divisions = None,
+    cell: options.Cell = None,
+    order: options.Order = None,
+    lobes: options.Lobes = None,
+    edge_radius: options.EdgeRadius = None,
+    harmonics: options.Harmonics = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    json: options.Json = None,
+) -> None:
+    """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
+    chosen = _integers("--harmonics", harmonics)
+    _run(context, lambda plan, progress: _tasks().harmonics(plan, harmonics=chosen, progress=progress))
+
+
+@app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
+def doctor(context: typer.Context) -> int:
+    """Does this installation work, part by part; what to do about what does not. Exit code 1 if so."""
+    from lobefem.console import show_findings
+    from lobefem.doctor import examine
+
+    ranks = context.obj
+    with progress_line(ranks) as progress:
+        findings = examine(progress)
+    if ranks.is_root:
+        show_findings(findings)
+    return 0 if all(finding.fine for finding in findings) else 1
+
+
 # --- running ------------------------------------------------------------------------------------
 
 
@@ -177,6 +224,22 @@ def _integer(name: str, text: str, least: int) -> int:
     if not text.strip().isdecimal() or int(text) < least:
         raise InputError(f"{name}: {text!r} is impossible; give an integer, {least} or more")
     return int(text)
+
+
+def _integers(name: str, text: str | None) -> tuple[int, ...] | None:
+    """Integers from "3", "0:8" (both ends) or "2,5,7"; None for None."""
+    if text is None:
+        return None
+    numbers: list[int] = []
+    for part in text.split(","):
+        ends = [end.strip() for end in part.split(":")]
+        if len(ends) > 2 or not all(end.isdecimal() and len(end) < 7 for end in ends):
+            raise InputError(f"{name}: {text!r} is impossible; give integers such as 3, 0:8 or 2,5,7")
+        first, last = int(ends[0]), int(ends[-1])
+        numbers += range(first, last + 1)
+    if not numbers:
+        raise InputError(f"{name}: {text!r} holds no integer; give some such as 3, 0:8 or 2,5,7")
+    return tuple(dict.fromkeys(numbers))
 
 
 def _one_of(name: str, word: str, words: tuple[str, ...]) -> None:
@@ -215,6 +278,7 @@ def _run(context: typer.Context, task: Callable[[Design, Callable[[str], None] |
     to_stdout = given["json"] == "-"
     with stdout_to_stderr(to_stdout), progress_line(ranks) as progress:
         from lobefem import _files, storage
+        from lobefem.provenance import provenance
 
         # isort: split
         from mpi4py import MPI
@@ -226,13 +290,15 @@ def _run(context: typer.Context, task: Callable[[Design, Callable[[str], None] |
             folder = storage.RunFolder(given["out"], comm, overwrite=given["overwrite"])
         if given["json"] and not to_stdout:
             _files.check_file(given["json"], comm)
-        try:
-            with _petsc_options(given["petsc"]):
-                outcome = task(design, progress)
-        except KeyboardInterrupt:
-            raise _Interrupted from None
-        if folder is not None:
-            folder.save(design.to_toml(), outcome.results, outcome.snapshots)
+        with folder or nullcontext():
+            try:
+                with _petsc_options(given.get("petsc")):
+                    outcome = task(design, progress)
+            except KeyboardInterrupt:
+                raise _Interrupted from None
+            outcome.results["versions"] = provenance(comm)
+            if folder is not None:
+                folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
         if given["json"] and not to_stdout:
             _files.save_json(given["json"], outcome.results, comm)
     if ranks.is_root:

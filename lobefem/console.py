@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
-__all__ = ["Ranks", "progress_line", "show", "stdout_to_stderr"]
+__all__ = ["Ranks", "progress_line", "show", "show_findings", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -105,7 +106,12 @@ def show(results: dict[str, Any]) -> None:
 
     # as wide as the table wants where no terminal sets a limit
     console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 120, highlight=False)
-    table = {"inflate": _inflate_table, "modes": _modes_table, "critical": _critical_table}
+    table = {
+        "inflate": _inflate_table,
+        "modes": _modes_table,
+        "critical": _critical_table,
+        "harmonics": _harmonics_table,
+    }
     console.print(_caption(results))
     console.print(table[results["command"]](results))
 
@@ -116,6 +122,8 @@ def _caption(results: dict[str, Any]) -> str:
         title = f"Equilibrium at {results['pressure']:g} Pa"
     elif results["command"] == "modes":
         title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
+    elif results["command"] == "harmonics":
+        title = "Critical pressure of each harmonic, ideal state"
     else:
         title = "Critical pressure of the ideal state"
     lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
@@ -187,3 +195,29 @@ def _critical_table(results: dict[str, Any]) -> Any:
         pressure = f"{results['critical_pressure']:.6g}"
         table.add_row(pressure, str(results["harmonic"]), results["kind"])
     return table
+
+
+def _harmonics_table(results: dict[str, Any]) -> Any:
+    table = _table("harmonic", "pressure [Pa]", "kind", "residual", "lowest")
+    for row in results["chart"]:
+        pressure = row["critical_pressure"]
+        said = "never unstable" if math.isinf(pressure) else f"{pressure:.6g}"
+        if pressure == 0:
+            said = "unstable at any"
+        error = f"{row['residual']:.0e}" if row["kind"] else ""
+        first = "<--" if row["harmonic"] == results["harmonic"] and row["kind"] else ""
+        table.add_row(str(row["harmonic"]), said, row["kind"], error, first)
+    return table
+
+
+def show_findings(findings: Sequence[Any]) -> None:
+    """Print what `lobefem doctor` found on stdout."""
+    from rich.console import Console
+
+    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 120, highlight=False)
+    for finding in findings:
+        mark = "[green]ok  [/green]" if finding.fine else "[bold red]FAIL[/bold red]"
+        console.print(f"{mark} {finding.name:16}", end="")
+        console.print(finding.found, markup=False)
+        if finding.advice:
+            console.print(f"{'':21}-> {finding.advice}", markup=False)

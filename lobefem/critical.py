@@ -14,11 +14,11 @@ from typing import Any
 
 from lobefem import _petsc
 from lobefem.balloon import Balloon
-from lobefem.chart import HeldPencil, pressure_limit, require_prestress, stable_below
+from lobefem.chart import pressure_limit, require_prestress, solve_harmonics, stable_below
 from lobefem.cyclic import Sector
 from lobefem.eigenpairs import Pair, distinct, order, residual, run, solver
 from lobefem.equilibrium import require_whole
-from lobefem.errors import EigenError
+from lobefem.errors import EigenError, InputError
 from lobefem.stability import Mode, check_request, make_mode
 
 # isort: split
@@ -49,38 +49,63 @@ class CriticalPressure:
     harmonic: int | None = None
 
 
-def critical_pressure(balloon: Balloon, *, harmonic: int | None = None, count: int = 2) -> CriticalPressure:
+def critical_pressure(
+    balloon: Balloon, *, harmonic: int | None = None, count: int = 2, full: bool = False
+) -> CriticalPressure:
     """The pressure at which the held ideal geometry turns unstable: K_m phi = -p K_g phi.
 
     From a pressure p0 at which K is positive definite, K_g phi = nu K(p0) phi, nu = -1/(p - p0), is a
-    definite pencil, and the critical pressure nearest to p0 has the largest |nu|.
+    definite pencil, and the critical pressure nearest to p0 has the largest |nu|. On a cyclic mesh each
+    harmonic is solved on its own, from one sector (`lobefem.chart`).
 
     Args:
         balloon: a prestressed balloon.
-        harmonic: look at this circumferential harmonic alone, from one sector of a structured mesh
-            (`lobefem.chart`); None for all of them, on the full model.
-        count: how many critical pressures to look for.
+        harmonic: look at this circumferential harmonic alone; None for all of them.
+        count: how many critical pressures to look for; of each harmonic, if it is alone.
+        full: use the full model on a cyclic mesh too.
 
     Raises:
         InputError: the balloon is not prestressed, or its mesh has no such harmonic.
-        EigenError: SLEPc failed.
+        EigenError: the eigenvalue problem was not solved.
 
     Collective.
     """
     require_prestress(balloon)
     check_request(balloon, count)
-    q = balloon.map.create_vector()
-    if harmonic is not None:
-        sector = Sector(balloon)
-        one = HeldPencil(sector, harmonic).solve(count)
-        mode = None
-        if one.vector is not None:
-            x = sector.expand(balloon, one.vector, harmonic)[0]
-            mode = make_mode(balloon, q, Pair(0j, x, x.duplicate()), one.residual)
-        pressure = one.pressures[0]
-        found = one.pressures if mode is not None else ()
-        return CriticalPressure(pressure, mode, found, balloon.surface.divisions, harmonic)
     require_whole(balloon)
+    if harmonic is not None and full:
+        raise InputError(f"harmonic = {harmonic} is looked at on one sector; leave out full=True")
+    sector = _sector(balloon, harmonic) if not full else None
+    if sector is None:
+        return _of_full_model(balloon, count)
+    chosen = sector.harmonics if harmonic is None else (harmonic,)
+    found = solve_harmonics(sector, chosen, count, comm=balloon.comm)
+    first = min(found, key=lambda n: found[n].pressures[0])
+    one, divisions = found[first], balloon.surface.divisions
+    if one.vector is None:
+        return CriticalPressure(one.pressures[0], None, (), divisions, harmonic)
+    x = sector.expand(balloon, one.vector, first)[0]
+    mode = make_mode(balloon, balloon.map.create_vector(), Pair(0j, x, x.duplicate()), one.residual)
+    pressures = one.pressures
+    if harmonic is None:  # each as often as the full model has it
+        pressures = tuple(
+            sorted(p for n in found for p in found[n].pressures for _ in range(sector.copies(n)))[:count]
+        )
+    return CriticalPressure(one.pressures[0], mode, pressures, divisions, harmonic)
+
+
+def _sector(balloon: Balloon, harmonic: int | None) -> Sector | None:
+    """One sector; None where the balloon has none and no harmonic was asked for. Collective."""
+    try:
+        return Sector(balloon)
+    except InputError:
+        if harmonic is None:
+            return None
+        raise
+
+
+def _of_full_model(balloon: Balloon, count: int) -> CriticalPressure:
+    q = balloon.map.create_vector()
     K_m, K_g = balloon.held_pencil()
     M, plates = balloon.mass(q), balloon.map.num_parameters
     divisions = balloon.surface.divisions

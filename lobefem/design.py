@@ -159,11 +159,12 @@ class Design(Section):
         """Whether there is a shape that carries the pressure without hoop stress: an isotensoid."""
         return self.shape.kind == "isotensoid"
 
-    def surface(self, comm: Any = None) -> Surface:
+    def surface(self, comm: Any = None, *, sector: bool = False) -> Surface:
         """The meshed film. Collective.
 
         Args:
             comm: MPI communicator (default: all ranks).
+            sector: one of its equal sectors only, whole on every rank.
         """
         import lobefem._dolfinx  # noqa: F401  first: it finds the stack
 
@@ -181,6 +182,7 @@ class Design(Section):
             "diagonals": mesh.diagonals,
             "layout": mesh.layout,
             "size": mesh.size,
+            "sector": sector,
             "comm": MPI.COMM_WORLD if comm is None else comm,
         }
         if shape.kind == "cylinder":

@@ -17,6 +17,7 @@ __all__ = [
     "EdgeRadius",
     "FilmLaw",
     "Harmonic",
+    "Harmonics",
     "Json",
     "Lift",
     "Load",
@@ -95,6 +96,10 @@ Count = Annotated[
 ]
 Mass = Annotated[
     str, _option("--mass", "B", "unit: areal mass (default); nodal: identity, the paper's.", _RUN)
+]
+Harmonics = Annotated[
+    Text,
+    _option("--harmonics", "LIST", "These harmonics only, from one sector: 3, 0:8 or 2,5,7.", _RUN),
 ]
 Harmonic = Annotated[Text, _option("--harmonic", "N", "Modes of this harmonic only.", _RUN)]
 Petsc = Annotated[

@@ -16,6 +16,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from lobefem._skin import Skin, facing, gather, normals, outline, polygons
+from lobefem._style import COLOURS, MM, STYLE, UNITS
 from lobefem.critical import CriticalPressure
 from lobefem.errors import InputError
 from lobefem.stability import Mode, Modes
@@ -24,20 +25,6 @@ from lobefem.sweep import Branch
 __all__ = ["chosen_modes", "drawn_amplitude", "eigenvalue_curves", "mode_shapes"]
 
 Array = npt.NDArray[np.float64]
-
-MM = 1 / 25.4  # [inch]
-UNITS = {"unit": "Pa/m", "nodal": "N/m"}
-# Okabe and Ito's colours, told apart by colour-blind readers too
-COLOURS = {"sway": "#0072B2", "twist": "#D55E00", "global": "#009E73", "local": "#B4588F"}
-_STYLE: Any = {
-    "font.size": 7,
-    "axes.linewidth": 0.6,
-    "axes.titlesize": 7.5,
-    "xtick.labelsize": 6.5,
-    "ytick.labelsize": 6.5,
-    "figure.dpi": 300,
-    "savefig.dpi": 300,
-}
 
 
 # --- eigenvalues against pressure ---------------------------------------------------------------
@@ -72,7 +59,7 @@ def eigenvalue_curves(
         raise InputError("a curve needs branches over two pressures or more; add a pressure")
     last = max(float(b.pressures[-1]) for b in branches)
     low, high, log = _range(branches)
-    with rc_context(_STYLE):
+    with rc_context(STYLE):
         figure = Figure(figsize=(width * MM, 0.92 * width * MM), layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
@@ -262,7 +249,7 @@ def mode_shapes(
     row_height = label + side + cell
     foot = 4.0
     total = head + -(-len(picked) // columns) * row_height + foot
-    with rc_context(_STYLE):
+    with rc_context(STYLE):
         figure = Figure(figsize=(width * MM, total * MM))
         FigureCanvasAgg(figure)
         figure.text(0.5, 1 - 1.5 / total, title, ha="center", va="top", fontsize=7.5)

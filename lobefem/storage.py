@@ -11,39 +11,43 @@ what goes wrong there is raised on every rank.
 
 from __future__ import annotations
 
+import logging
 import os
 import shutil
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _dolfinx
 from lobefem._files import on_root, replace, replacing, require_writable, save_json
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
+from lobefem.log import logger
 from lobefem.stability import Mode
+from lobefem.states import Checkpoint, Keepable, load_state, save_state
 
 # isort: split
 from dolfinx import fem
 from dolfinx.io import XDMFFile
 
 __all__ = [
-    "Checkpoint",
     "RunFolder",
     "Snapshot",
-    "load_state",
-    "save_state",
 ]
 
 Array = npt.NDArray[np.float64]
-_FILES = ("design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz")
+_FIGURES = ("critical_pressures.png", "mesh_study.png", "eigenvalues.png", "history.png")
+_FILES = (
+    "design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz", "log.txt",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -63,164 +67,178 @@ class Snapshot:
     modes: tuple[Mode, ...] = ()
 
 
-@dataclass(frozen=True)
-class Checkpoint:
-    """A state read back: `inflate(balloon, pressure, start=checkpoint)` goes on from it.
-
-    Attributes:
-        balloon: the balloon whose unknowns these are.
-        pressure, prestress: as in `Equilibrium` [Pa].
-        unknowns: this rank's part of q.
-    """
-
-    balloon: Balloon = field(repr=False)
-    pressure: float
-    prestress: float
-    unknowns: Array = field(repr=False)
-
-    def vector(self) -> Any:
-        """The unknowns q as a PETSc vector. Collective."""
-        q = self.balloon.map.create_vector()
-        q.array[:] = self.unknowns
-        return q
-
-
 class RunFolder:
     """A folder for one run's files; nothing is made before there is something to write.
+
+    As a context manager it keeps the log too, from the beginning of the context on.
 
     Args:
         path: of the folder; parents are made as well.
         comm: MPI communicator.
         overwrite: whether an earlier run's files may be replaced.
+        resume: whether to go on with the run that is in it.
 
     Raises:
-        InputError: a path that cannot be a folder, or one that is not empty. Collective.
+        InputError: a path that cannot be a folder, one that is not empty, or none to go on with.
+            Collective.
     """
 
-    def __init__(self, path: str | Path, comm: Any, *, overwrite: bool = False) -> None:
-        self.path, self.comm, self.overwrite = Path(path), comm, overwrite
-        on_root(comm, self.path, lambda: self._check(overwrite))
+    def __init__(self, path: str | Path, comm: Any, *, overwrite: bool = False, resume: bool = False) -> None:
+        self.path, self.comm, self.overwrite, self.resume = Path(path), comm, overwrite, resume
+        self._ours = False
+        self._log = _Log(self.path / "log.txt")
+        on_root(comm, self.path, self._check)
 
-    def _check(self, overwrite: bool) -> None:
+    def _check(self) -> None:
         path = self.path
         if path.is_dir():
-            if not overwrite and any(path.iterdir()):
+            if self.resume and not (path / "design.toml").is_file():
+                raise InputError(f"'{path}' holds no run to go on with; leave out --resume")
+            if not (self.overwrite or self.resume) and any(path.iterdir()):
                 raise InputError(f"'{path}' is not empty; give another --out, or --overwrite")
             require_writable(path)
         elif path.exists():
             raise InputError(f"'{path}' is a file, not a folder; give another --out")
+        elif self.resume:
+            raise InputError(f"there is no run in '{path}' to go on with; leave out --resume")
         else:
             require_writable(next(p for p in path.absolute().parents if p.exists()))
 
-    def save(self, design: str, results: dict[str, Any], snapshots: Sequence[Snapshot] = ()) -> None:
+    def __enter__(self) -> RunFolder:
+        if self.comm.rank == 0:
+            self._log.attach()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.comm.rank == 0:
+            self._log.detach()
+
+    def begin(self, design: str) -> None:
+        """Make the folder ours: earlier files of ours go, unless their run goes on. Collective.
+
+        Args:
+            design: the design as TOML.
+
+        Raises:
+            InputError: the file system refuses, another run has filled the folder meanwhile, or the
+                run to go on with is of another design.
+        """
+
+        def start() -> None:
+            file = self.path / "design.toml"
+            self.path.mkdir(parents=True, exist_ok=True)
+            if self._ours:
+                replace(file, design)
+                return
+            if self.resume:
+                if file.read_text(encoding="utf-8") != design:
+                    raise InputError(
+                        f"the run in '{self.path}' is of another design; resume it with its own "
+                        "design.toml and options, or leave out --resume"
+                    )
+                self._log.open()
+                return
+            if not self.overwrite:
+                # of two runs into one folder at the same time the first one to write has it
+                try:
+                    file.touch(exist_ok=False)
+                except FileExistsError:
+                    raise InputError(
+                        f"another run has filled '{self.path}' meanwhile; give another --out, or --overwrite"
+                    ) from None
+            for name in (*_FILES, *_FIGURES):
+                (self.path / name).unlink(missing_ok=True)
+            replace(file, design)
+            self._log.open()
+
+        on_root(self.comm, self.path, start)
+        self._ours = True
+
+    def keep(self, state: Keepable, notes: Mapping[str, Any]) -> None:
+        """Keep a state to go on from, with plain data, in place of the last one. Collective."""
+        save_state(self.path / "checkpoint.npz", state, notes)
+
+    def kept(self, balloon: Balloon) -> Checkpoint | None:
+        """The state to go on from; None where the run ended before there was one. Collective.
+
+        Raises:
+            InputError: it is of another mesh or support, or no state.
+        """
+        path = self.path / "checkpoint.npz"
+        if not on_root(self.comm, path, path.is_file):
+            return None
+        return load_state(path, balloon)
+
+    def save(
+        self,
+        design: str,
+        results: dict[str, Any],
+        snapshots: Sequence[Snapshot] = (),
+        figures: Mapping[str, Callable[[], Any]] = MappingProxyType({}),
+    ) -> None:
         """Write all of a run; earlier files of ours go first. Collective.
 
         Args:
             design: the design as TOML.
             results: what --json holds.
             snapshots: what ParaView shows; the last state among them is kept to go on from.
+            figures: by file name, what makes each Matplotlib figure; called on rank 0.
 
         Raises:
             InputError: the file system refuses.
         """
-
-        def start() -> None:
-            self.path.mkdir(parents=True, exist_ok=True)
-            if not self.overwrite:
-                # of two runs into one folder at the same time the first one to end has it
-                try:
-                    (self.path / "design.toml").touch(exist_ok=False)
-                except FileExistsError:
-                    raise InputError(
-                        f"another run has filled '{self.path}' meanwhile; give another --out, or --overwrite"
-                    ) from None
-                self.overwrite = True  # it is ours from here on
-            for name in _FILES:
-                (self.path / name).unlink(missing_ok=True)
-            replace(self.path / "design.toml", design)
-
-        on_root(self.comm, self.path, start)
+        self.begin(design)
         states = [s.state for s in snapshots if s.state is not None]
         if states:
             save_state(self.path / "state.npz", states[-1])
         if snapshots:
             _save_fields(self.path, snapshots)
+        for name, draw in figures.items():
+            assert name in _FIGURES  # else --overwrite would leave it behind
+            on_root(self.comm, self.path / name, partial(_save_figure, self.path / name, draw))
         save_json(self.path / "results.json", results, self.comm)
 
 
-# --- states -------------------------------------------------------------------------------------
+class _Log(logging.Handler):
+    """log.txt of a run: what was said before the folder was made comes first."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(logging.INFO)
+        self.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+        self._path = path
+        self._waiting: list[str] = []
+        self._open = False
+
+    def attach(self) -> None:
+        self._level = logger.level
+        logger.setLevel(logging.INFO)
+        logger.addHandler(self)
+
+    def detach(self) -> None:
+        logger.removeHandler(self)
+        logger.setLevel(self._level)
+        self.close()
+
+    def open(self) -> None:
+        """From here on the file is written; each line at once, so that nothing is lost."""
+        self._open = True
+        self._write()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._waiting.append(self.format(record) + "\n")
+        if self._open:
+            self._write()
+
+    def _write(self) -> None:
+        if self._waiting:
+            with self._path.open("a", encoding="utf-8") as stream:
+                stream.writelines(self._waiting)
+            self._waiting.clear()
 
 
-def save_state(path: str | Path, state: Equilibrium) -> None:
-    """Keep a state as NumPy arrays in the mesh's input order. Collective.
-
-    Raises:
-        InputError: the file system refuses.
-    """
-    balloon, comm = state.balloon, state.balloon.comm
-    owned = balloon.V.dofmap.index_map.size_local
-    x = balloon.V.tabulate_dof_coordinates()[:owned]
-    parameters = balloon.map.parameters(state.vector())
-    parts = comm.gather((_input_order(balloon), x, state.displacement[:owned]), root=0)
-
-    def write() -> None:
-        order = np.concatenate([part[0] for part in parts])
-        position, displacement = np.empty((len(order), 3)), np.empty((len(order), 3))
-        position[order] = np.concatenate([part[1] for part in parts])
-        displacement[order] = np.concatenate([part[2] for part in parts])
-        with replacing(Path(path)) as stream:
-            np.savez(
-                stream,
-                position=position,
-                displacement=displacement,
-                plate_parameters=parameters,
-                pressure=state.pressure,
-                prestress=state.prestress,
-            )
-
-    on_root(comm, Path(path), write)
-
-
-def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
-    """Read a state into a balloon of the same design, on any number of ranks. Collective.
-
-    Raises:
-        InputError: no such file, not a state, or of another mesh or support.
-    """
-
-    def read() -> dict[str, Array]:
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                return {name: file[name] for name in file.files}
-        except (ValueError, EOFError) as error:
-            raise InputError(f"'{path}' holds no state ({error}); give a run's state.npz") from None
-
-    data = on_root(balloon.comm, Path(path), read)
-    order = _input_order(balloon)
-    x = balloon.V.tabulate_dof_coordinates()[: len(order)]
-    position, count = data.get("position"), balloon.V.dofmap.index_map.size_global
-    same = (
-        position is not None
-        and position.shape == (count, 3)
-        and data["plate_parameters"].shape == (balloon.map.num_parameters,)
-        and bool(np.allclose(position[order], x, rtol=0, atol=1e-9 * np.ptp(position)))
-    )
-    if not balloon.comm.allreduce(int(same)) == balloon.comm.size:
-        raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
-    free = data["displacement"][order].ravel()[balloon.map.free]
-    extra = balloon.map.local_size - len(free)  # the last rank holds the plates' parameters
-    unknowns = np.concatenate([free, data["plate_parameters"][:extra]])
-    return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns)
-
-
-def _input_order(balloon: Balloon) -> npt.NDArray[np.int64]:
-    """Number in the mesh's input of each node that this rank owns, in the order of V's dofs."""
-    dofs = balloon.V.dofmap
-    nodes = np.empty(dofs.index_map.size_local + dofs.index_map.num_ghosts, dtype=np.int64)
-    # geometry and V number the same points each in its own way
-    nodes[dofs.list] = _dolfinx.geometry_dofmap(balloon.mesh)
-    numbers = np.asarray(balloon.mesh.geometry.input_global_indices, dtype=np.int64)
-    return numbers[nodes[: dofs.index_map.size_local]]
+def _save_figure(path: Path, draw: Callable[[], Any]) -> None:
+    with replacing(path) as stream:
+        draw().savefig(stream, format=path.suffix[1:])
 
 
 # --- fields -------------------------------------------------------------------------------------

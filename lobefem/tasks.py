@@ -1,4 +1,4 @@
-"""What the command line does with a design: `inflate`, `modes`, `critical`, as plain data.
+"""What the command line does with a design, as plain data.
 
 A solve that fails is part of the outcome: what was reached before it is kept and can be stored.
 """
@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import lobefem
+from lobefem.chart import HarmonicChart, harmonic_chart
 from lobefem.critical import critical_pressure
 from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
@@ -19,14 +20,19 @@ from lobefem.errors import InputError, SolveError
 from lobefem.stability import Mode, find_modes
 from lobefem.storage import Snapshot
 
-__all__ = ["STATES", "Outcome", "critical", "inflate", "modes"]
+__all__ = ["STATES", "Outcome", "critical", "harmonics", "inflate", "modes"]
 
+SCHEMA = 1  # of the results; a change that a reader must know of raises it
 STATES = ("ideal", "inflated")
 Progress = Callable[[str], None]
 
 _MESH_DEPENDENT = (
     "the critical pressure of film with fixed wrinkles is a property of the mesh: it tends to 0 "
     "under refinement, so compare several --divisions"
+)
+_HIGH_HARMONICS = (
+    "critical pressures of film with fixed wrinkles converge under refinement in low harmonics only; from "
+    "about n = 7 on they tend to 0"
 )
 _VERDICT = (
     "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
@@ -52,11 +58,13 @@ class Outcome:
         results: plain data in SI units, for JSON.
         snapshots: what can be drawn of it.
         error: the failure that ended it early, None where there was none.
+        figures: by file name, what draws each of them, for rank 0.
     """
 
     results: dict[str, Any]
     snapshots: list[Snapshot] = field(default_factory=list)
     error: SolveError | None = None
+    figures: dict[str, Callable[[], Any]] = field(default_factory=dict)
 
 
 def inflate(design: Design, *, comm: Any = None, progress: Progress | None = None) -> Outcome:
@@ -91,6 +99,7 @@ def modes(
     state: str = "ideal",
     count: int = 8,
     mass: str = "unit",
+    harmonics: tuple[int, ...] | None = None,
     comm: Any = None,
     progress: Progress | None = None,
 ) -> Outcome:
@@ -102,6 +111,7 @@ def modes(
             "inflated" for the equilibrium, each found from the one before.
         count: modes a pressure.
         mass: "unit" or "nodal".
+        harmonics: look at modes of these harmonics only, each from one sector.
         comm: MPI communicator (default: all ranks).
         progress: called with a line of text now and then.
 
@@ -125,7 +135,7 @@ def modes(
                 held = previous = find_equilibrium(balloon, pressure, start=previous, progress=progress)
             if progress is not None:
                 progress(f"modes at {pressure:g} Pa")
-            found = find_modes(held, count, mass=mass)
+            found = find_modes(held, count, mass=mass, harmonics=harmonics)
         except SolveError as error:
             outcome.error = error
             results |= _failure(error)
@@ -207,6 +217,58 @@ def critical(
     return outcome
 
 
+def harmonics(
+    design: Design,
+    *,
+    harmonics: tuple[int, ...] | None = None,
+    comm: Any = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """The critical pressure of each harmonic of the held ideal geometry, from one sector. Collective.
+
+    Args:
+        design: what to look at; its own pressure does not matter.
+        harmonics: which; by default all that the mesh has.
+        comm: MPI communicator (default: all ranks).
+        progress: called with a line of text now and then.
+
+    Raises:
+        InputError: an ideal state asked of a cylinder, an unstructured mesh, a harmonic it lacks.
+    """
+    _check_state("ideal", design)
+    results = _summary("harmonics", design)
+    if design.film.law == "fixed-wrinkles":
+        results["warnings"].append(_HIGH_HARMONICS)
+    if design.film.law == "tension-field" and not design.film.hoop_slack:
+        results["warnings"].append(_KINK)
+    outcome = Outcome(results)
+    balloon = design.balloon(design.surface(comm, sector=True), prestressed=True)
+    try:
+        chart = harmonic_chart(balloon, harmonics, comm=comm, progress=progress)
+    except SolveError as error:
+        outcome.error = error
+        results |= {"critical_pressure": None, "chart": []} | _failure(error)
+        return outcome
+    rows = zip(chart.harmonics, chart.pressures, chart.kinds, chart.residuals, strict=True)
+    results |= {
+        "critical_pressure": chart.pressure if math.isfinite(chart.pressure) else None,
+        "harmonic": chart.lowest,
+        "divisions": chart.divisions,
+        "chart": [
+            {"harmonic": n, "critical_pressure": p, "kind": kind, "residual": residual}
+            for n, p, kind, residual in rows
+        ],
+    }
+    outcome.figures["critical_pressures.png"] = lambda: _chart_figure(chart)
+    return outcome
+
+
+def _chart_figure(chart: HarmonicChart) -> Any:
+    from lobefem.charts import harmonic_pressures
+
+    return harmonic_pressures(chart)
+
+
 def _check_state(state: str, design: Design) -> None:
     if state not in STATES:
         raise InputError(f"state {state!r} is unknown; use ideal or inflated")
@@ -223,6 +285,7 @@ def _summary(command: str, design: Design) -> dict[str, Any]:
     if design.film.law == "isotropic" and design.film.slack_stiffness:
         warnings.append(_NO_SLACK)
     return {
+        "schema": SCHEMA,
         "command": command,
         "version": lobefem.__version__,
         "film": design.film.law,

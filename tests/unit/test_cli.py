@@ -126,6 +126,35 @@ def test_one_harmonic_alone_is_no_lower_than_all_of_them(lobefem_json):
     assert results["critical_pressure"] == pytest.approx(lowest["critical_pressure"], rel=1e-6)
 
 
+def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared_path):
+    folder = shared_path / "chart"
+    options = ("--divisions", "12x20")
+    chart, code = lobefem_json("harmonics", STACK4, *options, "--out", folder)
+    assert code == 0
+    full, _ = lobefem_json("critical", STACK4, *options)
+    assert chart["critical_pressure"] == pytest.approx(full["critical_pressure"], rel=1e-8)
+    assert chart["harmonic"] == full["harmonic"]
+    assert [row["harmonic"] for row in chart["chart"]] == list(range(11))
+    assert "converge under refinement in low harmonics only" in chart["warnings"][0]
+    if MPI.COMM_WORLD.rank == 0:
+        assert (folder / "critical_pressures.png").read_bytes().startswith(b"\x89PNG")
+        assert json.loads((folder / "results.json").read_text()) == chart
+    some, _ = lobefem_json("harmonics", STACK4, *options, "--harmonics", "5,2:3")
+    assert [row["harmonic"] for row in some["chart"]] == [5, 2, 3]
+    assert some["chart"][1]["critical_pressure"] == pytest.approx(chart["chart"][2]["critical_pressure"])
+
+
+def test_modes_of_some_harmonics(lobefem_json):
+    options = ("--divisions", "6x10", "--count", "4")
+    some, code = lobefem_json("modes", SINGLE, *options, "--harmonics", "2:3")
+    assert code == 0
+    found = some["pressures"][0]["modes"]
+    assert {m["harmonic"] for m in found} <= {2, 3}
+    full, _ = lobefem_json("modes", SINGLE, "--divisions", "6x10", "--count", "30")
+    values = [m["real"] for m in full["pressures"][0]["modes"] if m["harmonic"] in (2, 3)]
+    assert [m["real"] for m in found] == pytest.approx(values[:4], rel=1e-8)
+
+
 def test_a_mass_of_one_a_node_gives_other_eigenvalues_of_the_same_modes(lobefem_json):
     unit, _ = lobefem_json("modes", SINGLE, *COARSE, "--count", "1")
     nodal, _ = lobefem_json("modes", SINGLE, *COARSE, "--count", "1", "--mass", "nodal")
@@ -186,13 +215,16 @@ def test_the_run_folder_repeats_the_run(lobefem_json, shared_path, comm):
     results, code = lobefem_json(*arguments, "--out", folder)
     assert code == 0
     assert json.loads((folder / "results.json").read_text()) == results
+    assert results["versions"]["lobefem"] == lobefem.__version__
+    assert results["versions"]["ranks"] == comm.size
+    assert "modes at 1000 Pa" in (folder / "log.txt").read_text()
     written = Design.load(folder / "design.toml")
     assert (written.shape.lobes, written.pressure.load) == (2, "closed")
     assert written.mesh.divisions == (6, 10)
     again, _ = lobefem_json("modes", folder / "design.toml", "--count", "2")
     one, other = ([m["real"] for m in r["pressures"][0]["modes"]] for r in (results, again))
     assert one == pytest.approx(other, rel=1e-9)
-    names = {"design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz"}
+    names = {"design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz", "log.txt"}
     assert {p.name for p in folder.iterdir()} == names
 
 
@@ -278,6 +310,12 @@ def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
         (("inflate", SINGLE, "--out", SINGLE), "is a file, not a folder; give another --out"),
         (("inflate", SINGLE, "--out", MESHES), "is not empty; give another --out, or --overwrite"),
         (("critical", SINGLE, "--harmonic", "-1"), "--harmonic: '-1' is impossible; give an int"),
+        (("modes", SINGLE, "--harmonics", "2:"),
+         "--harmonics: '2:' is impossible; give integers such as 3, 0:8 or 2,5,7"),
+        (("harmonics", SINGLE, "--harmonics", "5:2"), "--harmonics: '5:2' holds no integer"),
+        (("harmonics", SINGLE, "--harmonics", "17"),
+         "harmonic = 17: a mesh of 32 equal sectors has harmonics 0 to 16; try more divisions"),
+        (("harmonics", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
         (("critical", SINGLE, "--state", "inflated"), "critical works on the ideal state only; "),
         (("critical", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
         (("modes", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
@@ -428,6 +466,7 @@ def test_a_traceback_on_request(refused, monkeypatch):
         (["inflate", "--help"], ["--film", "--lift", "--slack-stiffness", "--prestress", "--out"]),
         (["modes", "-h"], ["--pressure", "--state", "--count", "--mass", "Examples:"]),
         (["critical", "--help"], ["--harmonic", "--json", "Examples:"]),
+        (["harmonics", "--help"], ["--harmonics", "--divisions", "Examples:"]),
         (["--version"], [f"lobefem {lobefem.__version__}"]),
     ],
 )

@@ -148,7 +148,11 @@ def test_a_vector_of_one_harmonic_is_one_of_the_full_model():
 
 def test_critical_pressure_of_a_harmonic_is_that_of_the_full_model():
     balloon = build(lobes=1, divisions=(12, 20), load="film", film=FixedWrinkles())
-    full = critical_pressure(balloon)
+    full = critical_pressure(balloon, full=True)
+    every = critical_pressure(balloon)
+    assert np.allclose(every.pressures, full.pressures, rtol=1e-8)
+    assert len(every.pressures) == 2
+    assert every.mode.harmonic == full.mode.harmonic
     one = critical_pressure(balloon, harmonic=full.mode.harmonic)
     assert one.pressure == pytest.approx(full.pressure, rel=1e-8)
     assert one.mode.harmonic == full.mode.harmonic
@@ -182,6 +186,8 @@ def test_what_cannot_be_reduced_is_refused():
         find_modes(ideal_state(balloon, 10.0), harmonics=[2, 5])
     with pytest.raises(InputError, match="no harmonics are given"):
         find_modes(ideal_state(balloon, 10.0), harmonics=[])
+    with pytest.raises(InputError, match="leave out full=True"):
+        critical_pressure(balloon, harmonic=2, full=True)
     free = lobed_cylinder(1, layout="unstructured", size=2.0)
     parts = [EndPlates(support="fixed")]
     with pytest.raises(InputError, match="needs a cyclic mesh; use mesh layout 'structured'"):

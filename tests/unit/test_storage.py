@@ -15,7 +15,8 @@ from lobefem.design import Design
 from lobefem.equilibrium import ideal_state, inflate
 from lobefem.errors import InputError
 from lobefem.stability import find_modes
-from lobefem.storage import RunFolder, Snapshot, load_state, save_state
+from lobefem.states import load_state, save_state
+from lobefem.storage import RunFolder, Snapshot
 
 PRESSURE = 5.0
 
@@ -278,3 +279,48 @@ def test_a_link_is_followed_and_a_device_is_kept(tmp_path):
     null.symlink_to("/dev/null")
     replace(null, "nothing")
     assert Path("/dev/null").is_char_device()
+
+
+# --- runs that go on ----------------------------------------------------------------------------
+
+
+def test_a_run_goes_on_from_what_it_kept(comm, shared_path):
+    balloon = small()
+    state = inflate(balloon, PRESSURE)
+    folder = RunFolder(shared_path / "run", comm)
+    folder.begin("[film]\n")
+    assert folder.kept(balloon) is None
+    folder.keep(state, {"parameter": 0.5, "history": [1.0, None, "x"]})
+    again = RunFolder(shared_path / "run", comm, resume=True)
+    again.begin("[film]\n")
+    kept = again.kept(balloon)
+    assert kept.notes == {"parameter": 0.5, "history": [1.0, None, "x"]}
+    assert kept.pressure == PRESSURE
+    np.testing.assert_array_equal(kept.unknowns, state.unknowns)
+
+
+def test_only_a_run_of_the_same_design_goes_on(comm, shared_path):
+    path = shared_path / "run"
+    with pytest.raises(InputError, match=r"there is no run in '.*' to go on with; leave out --resume"):
+        RunFolder(path, comm, resume=True)
+    if comm.rank == 0:
+        path.mkdir()
+    comm.Barrier()
+    with pytest.raises(InputError, match="holds no run to go on with"):
+        RunFolder(path, comm, resume=True)
+    RunFolder(path, comm).begin("[film]\n")
+    with pytest.raises(InputError, match=r"is of another design; resume it with its own design.toml"):
+        RunFolder(path, comm, resume=True).begin("[film]\nnu = 0.4\n")
+
+
+def test_a_run_keeps_its_log(comm, shared_path):
+    from lobefem.log import logger
+
+    with RunFolder(shared_path / "run", comm) as folder:
+        logger.info("before the folder is made")
+        folder.begin("")
+        logger.info("afterwards")
+    logger.info("no part of the run")
+    if comm.rank == 0:
+        lines = (shared_path / "run" / "log.txt").read_text().splitlines()
+        assert [line.split(" INFO ")[1] for line in lines] == ["before the folder is made", "afterwards"]

@@ -1,0 +1,21 @@
+"""How all figures look: sizes in mm, small type, colours that colour-blind readers tell apart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["COLOURS", "MM", "STYLE", "UNITS"]
+
+MM = 1 / 25.4  # [inch]
+UNITS = {"unit": "Pa/m", "nodal": "N/m"}
+# Okabe and Ito's
+COLOURS = {"sway": "#0072B2", "twist": "#D55E00", "global": "#009E73", "local": "#B4588F"}
+STYLE: Any = {
+    "font.size": 7,
+    "axes.linewidth": 0.6,
+    "axes.titlesize": 7.5,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "figure.dpi": 300,
+    "savefig.dpi": 300,
+}

@@ -1,0 +1,182 @@
+"""`lobefem doctor`: does this installation work, part by part, and what to do where it does not."""
+
+from __future__ import annotations
+
+import importlib
+import platform
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+__all__ = ["CHECKS", "Finding", "examine"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The outcome of one check.
+
+    Attributes:
+        name: what was looked at.
+        fine: whether it works.
+        found: a version, a number, or the error in its own words.
+        advice: what to do about it, "" where it works.
+    """
+
+    name: str
+    fine: bool
+    found: str
+    advice: str = ""
+
+
+def _python() -> str:
+    return f"{platform.python_version()} ({sys.prefix})"
+
+
+def _stack() -> str:
+    from lobefem._dolfinx import PETSc, dolfinx
+
+    # isort: split
+    from slepc4py import SLEPc
+
+    petsc, slepc = (".".join(map(str, module.Sys.getVersion())) for module in (PETSc, SLEPc))
+    return f"DOLFINx {dolfinx.__version__}, PETSc {petsc}, SLEPc {slepc}"
+
+
+def _scalars() -> str:
+    from lobefem._dolfinx import PETSc
+
+    # isort: split
+    import numpy as np
+
+    scalar, integer = np.dtype(PETSc.ScalarType), np.dtype(PETSc.IntType)
+    if scalar != np.float64:
+        raise RuntimeError(f"{scalar}")
+    return f"{scalar} numbers, {integer} indices"
+
+
+def _mumps() -> str:
+    """A 2 x 2 matrix by MUMPS's LDL^T, with its inertia."""
+    from lobefem import _petsc
+
+    # isort: split
+    from mpi4py import MPI
+    from petsc4py import PETSc
+
+    matrix = PETSc.Mat().createAIJ((2, 2), comm=MPI.COMM_SELF)  # type: ignore[arg-type]
+    matrix.setUp()
+    for row, value in enumerate((2.0, -1.0)):
+        matrix.setValue(row, row, value)
+    matrix.assemble()
+    negative = _petsc.num_negative(matrix)
+    if negative != 1:
+        raise RuntimeError(f"counts {negative} negative eigenvalues of diag(2, -1)")
+    return "factorises"
+
+
+def _compiler() -> str:
+    """A form compiled into an empty cache."""
+    from lobefem import _dolfinx
+
+    # isort: split
+    import ufl
+    from dolfinx import fem, mesh
+    from mpi4py import MPI
+
+    square = mesh.create_unit_square(MPI.COMM_SELF, 1, 1)
+    x = ufl.SpatialCoordinate(square)
+    with tempfile.TemporaryDirectory() as cache:
+        area = _dolfinx.form((1 + 0 * x[0]) * ufl.dx(square), cache_dir=Path(cache))
+        value = fem.assemble_scalar(area)
+    if abs(value - 1) > 1e-12:
+        raise RuntimeError(f"the unit square's area comes out as {value}")
+    return "compiles forms"
+
+
+def _ranks() -> str:
+    """All ranks see the same versions and can add up."""
+    from mpi4py import MPI
+
+    comm = MPI.COMM_WORLD
+    said = comm.allgather((platform.python_version(), _stack()))
+    if len(set(said)) > 1:
+        raise RuntimeError(f"ranks differ: {sorted(set(said))}")
+    if comm.allreduce(comm.rank + 1) != comm.size * (comm.size + 1) // 2:
+        raise RuntimeError("ranks do not add up")
+    library = " ".join(MPI.Get_library_version().splitlines()[0].split(",")[0].split())
+    return f"{library}, {comm.size} rank(s)"
+
+
+def _gmsh() -> str:
+    import gmsh
+
+    from lobefem import _dolfinx  # noqa: F401
+    from lobefem.surface import lobed_cylinder
+
+    surface = lobed_cylinder(1, (2, 4), sector=True)
+    if surface.mesh.topology.index_map(2).size_local != 4:
+        raise RuntimeError("a sector of two cells comes out with another number")
+    return str(gmsh.__version__)
+
+
+def _rendering() -> str:
+    import pyvista
+
+    from lobefem import _dolfinx  # noqa: F401
+    from lobefem.rendering import can_render
+
+    if not can_render():
+        raise RuntimeError(f"PyVista {pyvista.__version__} draws nothing off-screen")
+    return f"PyVista {pyvista.__version__} draws off-screen"
+
+
+def _contact() -> str:
+    ipctk = importlib.import_module("ipctk")
+    return f"ipctk {getattr(ipctk, '__version__', '')}".strip()
+
+
+CHECKS: dict[str, tuple[Callable[[], str], str]] = {
+    "Python": (_python, "use Python 3.12 or newer"),
+    "finite elements": (
+        _stack,
+        "on Debian 13 install python3-dolfinx-real python3-slepc4py-real, elsewhere run "
+        "pip install 'lobefem[wheel]'",
+    ),
+    "scalars": (_scalars, "use a PETSc of real double-precision scalars (python3-dolfinx-real)"),
+    "MUMPS": (_mumps, "use a PETSc that was built with MUMPS; Debian's and PyPI's are"),
+    "compiler": (_compiler, "install a C compiler (Debian: gcc libc6-dev), or set CC to yours"),
+    "MPI": (_ranks, "start all ranks with the mpirun of the MPI that mpi4py was built with"),
+    "Gmsh": (_gmsh, "install Gmsh with its system libraries (Debian: python3-gmsh, or libglu1-mesa libxft2)"),
+    "pictures": (_rendering, "install OpenGL (Debian: libegl1 libgl1-mesa-dri), or run under xvfb-run -a"),
+    "contact": (_contact, "pip install ipctk"),
+}  # fmt: skip
+
+
+def examine(progress: Callable[[str], None] | None = None) -> list[Finding]:
+    """Run all checks; nothing that fails ends the others. Collective.
+
+    Args:
+        progress: called with a line of text before each check.
+    """
+    findings = []
+    for name, (check, advice) in CHECKS.items():
+        if progress is not None:
+            progress(f"checking {name}")
+        try:
+            findings.append(Finding(name, True, check()))
+        except Exception as error:  # whatever is wrong is what we want to know
+            said: Any = " ".join(str(error).split()) or type(error).__name__
+            findings.append(Finding(name, False, said[:200], advice))
+    return _of_all_ranks(findings)
+
+
+def _of_all_ranks(findings: list[Finding]) -> list[Finding]:
+    """Each finding as the first rank has it where it is not fine."""
+    try:
+        from mpi4py import MPI
+    except ImportError:  # one process, without MPI
+        return findings
+    everything = MPI.COMM_WORLD.allgather(findings)
+    return [next((f for f in same if not f.fine), same[0]) for same in zip(*everything, strict=True)]
