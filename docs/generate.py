@@ -41,6 +41,8 @@ from lobefem import (
     inflate,
     lobed_cylinder,
 )
+from lobefem.charts import refinement
+from lobefem.mesh_study import DIVISIONS, mesh_study
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
@@ -235,6 +237,52 @@ def modes_in_order(found: dict[tuple[str, int], list[float]]) -> list[tuple[str,
     return sorted(rows, key=lambda row: row[3])
 
 
+def mesh_studies(out: Path, quick: bool) -> dict[str, str]:
+    """Critical pressures under refinement: tables, figures, and what the studies say."""
+    meshes = ((9, 16), (12, 20), (15, 24)) if quick else DIVISIONS
+    studies = {}
+    for name, lobes, film in (
+        ("single_fixed-wrinkles", 1, FixedWrinkles()),
+        ("stack_fixed-wrinkles", 4, FixedWrinkles()),
+        ("single_isotropic", 1, Isotropic()),
+        ("stack_isotropic", 4, Isotropic()),
+    ):
+        parts = [GasPressure("film"), Hoops(), EndPlates("fixed")]
+
+        def make(
+            divisions: tuple[int, int], lobes: int = lobes, film: Any = film, parts: Any = parts
+        ) -> Balloon:
+            surface = lobed_cylinder(lobes, divisions, sector=True)
+            return Balloon(surface, film, parts, prestressed=True)
+
+        studies[name] = mesh_study(make, meshes)
+        refinement(studies[name]).savefig(out / f"{name}.png", dpi=200)
+    columns = list(studies.values())
+    head = ("mesh of a lobe", *(f"{s.lobes} lobe{'s' * (s.lobes > 1)}, {s.film} [Pa]" for s in columns))
+    rows = [
+        ("{} x {}".format(*charts[0].divisions), *(f"{c.pressure:.4g} ({c.lowest})" for c in charts))
+        for charts in zip(*(s.charts for s in columns), strict=True)
+    ]
+    low = [
+        (
+            f"{study.lobes}, {study.film}",
+            f"{n}",
+            f"{one.pressures[-1]:.5g}",
+            f"{one.limit:.5g} +- {one.uncertainty:.1g}",
+            f"{one.order:.2f}",
+            f"{study.continuum[0].pressures[n]:.2f}" if study.lobes == 1 else "-",
+        )
+        for study in columns
+        for n, one in study.low.items()
+    ]
+    low_head = ("lobes, film", "n", "finest mesh [Pa]", "fitted limit [Pa]", "order", "without a mesh [Pa]")
+    words = [
+        f"**{study.lobes} lobe{'s' * (study.lobes > 1)}, {study.film}.** " + " ".join(study.verdict) + "\n"
+        for study in columns
+    ]
+    return {"critical": table(head, rows), "harmonics": table(low_head, low), "verdicts": "\n".join(words)}
+
+
 def suite() -> str:
     """What the test suite checks against closed forms: the first lines of its modules."""
     lines = []
@@ -263,18 +311,20 @@ def key(quick: bool) -> str:
 def generate(out: Path, *, quick: bool = False, say: Any = lambda text: None) -> None:
     """Compute all parts anew and write them to a folder."""
     out.mkdir(parents=True, exist_ok=True)
-    parts = {
+    parts: dict[str, Any] = {
         "closed_forms": closed_forms,
         "volumes": lambda: volumes(out, quick),
         "free_bodies": lambda: free_bodies(quick),
         "common_problem": lambda: common_problem(quick),
         "eigenvalues": lambda: eigenvalues(quick),
+        "mesh_studies": lambda: mesh_studies(out, quick),
         "suite": suite,
     }
     for name, part in parts.items():
         begin = time.monotonic()
-        text = part()
-        (out / f"{name}.md").write_text(text, encoding="utf-8")
+        texts = part()
+        for title, text in texts.items() if isinstance(texts, dict) else [(name, texts)]:
+            (out / f"{title}.md").write_text(text, encoding="utf-8")
         say(f"{name}: {time.monotonic() - begin:.1f} s")
 
 

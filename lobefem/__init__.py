@@ -19,6 +19,8 @@ _HOME = {
     "EndPlates": "plates",
     "Equilibrium": "equilibrium",
     "FixedWrinkles": "films",
+    "Form": "formfinding",
+    "FormedLobe": "formed",
     "GasPressure": "loads",
     "HarmonicChart": "chart",
     "Held": "balloon",
@@ -30,10 +32,12 @@ _HOME = {
     "TensionField": "films",
     "critical_pressure": "critical",
     "cylinder": "surface",
+    "find_form": "formfinding",
     "find_modes": "stability",
     "harmonic_chart": "chart",
     "ideal_state": "equilibrium",
     "inflate": "equilibrium",
+    "isotensoid_stiffness": "formed",
     "lobed_cylinder": "surface",
 }
 
@@ -46,6 +50,8 @@ if TYPE_CHECKING:
     from lobefem.critical import CriticalPressure, critical_pressure
     from lobefem.equilibrium import Equilibrium, ideal_state, inflate
     from lobefem.films import FixedWrinkles, Isotropic, TensionField
+    from lobefem.formed import FormedLobe, isotensoid_stiffness
+    from lobefem.formfinding import Form, find_form
     from lobefem.isotensoid import Isotensoid
     from lobefem.loads import GasPressure
     from lobefem.plates import EndPlates
@@ -56,7 +62,7 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         # DOLFINx's seams first: PyPI's stack must be bootstrapped before any of its parts
-        if _HOME[name] not in ("isotensoid", "films", "loads", "cables", "plates"):
+        if _HOME[name] not in ("isotensoid", "formed", "films", "loads", "cables", "plates"):
             import_module("lobefem._dolfinx")
         return getattr(import_module(f"lobefem.{_HOME[name]}"), name)
     raise AttributeError(f"module 'lobefem' has no attribute '{name}'")

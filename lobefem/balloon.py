@@ -28,8 +28,9 @@ from lobefem.constraints import ConstraintMap
 from lobefem.errors import InputError
 from lobefem.films import Film
 from lobefem.forms import WeakForms
-from lobefem.kinematics import Frame, revolved_frame
+from lobefem.kinematics import Frame, revolved_frame, true_resultants
 from lobefem.loads import GasPressure, film_volume
+from lobefem.lobe import Lobe
 from lobefem.plates import EndPlates, PlateMotion
 
 __all__ = ["Balloon", "Held"]
@@ -58,8 +59,8 @@ class Balloon:
         film: its law.
         parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
             most one `EndPlates`.
-        prestressed: build the isotensoid's stress N_phi = p0 R0^2/(2 R) into the film (paper eq. 4),
-            and the matching tension into the cords; p0 is the `prestress` of a state.
+        prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
+            (paper eq. 4), and the matching tension into the cords; p0 is the `prestress` of a state.
         hoop_slack: hoop slack s >= 0 of the prestressed film (strain).
         frame: the film's frame; by default that of a surface of revolution about the axis.
         quadrature_degree: for the film's energy; by default exact for the element where it can be.
@@ -95,8 +96,8 @@ class Balloon:
             )
         if not 0 <= hoop_slack < 1:
             raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
-        if prestressed and not hasattr(surface.shape, "R0"):
-            raise InputError("prestress needs an isotensoid; this surface is another shape")
+        if prestressed and not isinstance(surface.shape, Lobe):
+            raise InputError("prestress needs an isotensoid or a formed lobe; this surface is another shape")
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
         # degree of geometry and displacement, from the nodes of a cell
@@ -190,10 +191,12 @@ class Balloon:
 
     @property
     def _bar_built_in(self) -> float:
-        """Force in an elastic bar at its reference length: `film` load leaves it -p0 A."""
-        if self.motion is None or self.load.convention == "closed" or not self.prestressed:
+        """Force in an elastic bar at its reference length: what the plates' gas leaves of the film's pull."""
+        if self.motion is None or not self.prestressed:
             return 0.0
-        return -float(self.prestress.value) * float(np.linalg.norm(self.motion.area_vectors[1]))
+        # the film's pull on a plate is p0 A and its excess over that; with `closed` load the gas bears p0 A
+        area = 0.0 if self.load.convention == "closed" else float(np.linalg.norm(self.motion.area_vectors[1]))
+        return -float(self.prestress.value) * (area + self.surface.shape.axial_excess)
 
     def volume(self) -> float:
         """Volume enclosed by film and plates [m^3] in the present displacement. Collective."""
@@ -239,10 +242,26 @@ class Balloon:
 
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] in the present displacement. Collective."""
-        strain = ufl.variable(self.forms.strain)
-        S = ufl.diff(self.film.energy(strain, self.forms.number), strain)
+        S = self._second_piola
         N = ufl.as_vector([S[0, 0], S[1, 1], (S[0, 1] + S[1, 0]) / 2])
         return self._cell_means(N, "stress resultants")
+
+    def true_resultants(self) -> Any:
+        """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m] in the present displacement.
+
+        Cauchy's, per current length, in the current surface's own frame of meridian and hoop; they
+        differ from `stress_resultants`, which are per reference length, where the film strains much.
+
+        Collective.
+        """
+        N = true_resultants(self._second_piola, self.u, self.mesh, self.surface.axis, self.frame)
+        return self._cell_means(N, "true stress resultants")
+
+    @property
+    def _second_piola(self) -> Any:
+        """Second Piola-Kirchhoff resultants in the film's frame [N/m], 2x2."""
+        strain = ufl.variable(self.forms.strain)
+        return ufl.diff(self.film.energy(strain, self.forms.number), strain)
 
     def _cell_means(self, expression: Any, name: str) -> Any:
         W = fem.functionspace(self.mesh, ("DG", 0, expression.ufl_shape))

@@ -23,7 +23,7 @@ class Cords:
         EA: axial stiffness [N]; the paper's 100 x 100 mm steel hoop has 2.15e9.
         on: names of edge groups; a name that ends with * stands for all groups that begin so.
         tension_per_pressure: tension [N] built into the cord per Pa of prestress, None for the
-            isotensoid's seam tension R0^2 cos(phi) (physics: T = p R0^2 cos(phi)).
+            lobe's own seam tension (R0^2 cos(phi) for isotensoids).
 
     Raises:
         InputError: EA is not a positive number.

@@ -237,8 +237,9 @@ def require_prestress(balloon: Balloon) -> None:
 
 
 def pressure_limit(balloon: Balloon) -> float:
-    """A pressure [Pa] beyond all reason: p R0/2 = N = 10 E t, a film strain of 1000 %."""
-    return 20 * balloon.film.Et / float(balloon.surface.shape.R0)
+    """A pressure [Pa] beyond all reason: N_phi = 10 E t at the equator, a film strain of 1000 %."""
+    shape = balloon.surface.shape
+    return 10 * balloon.film.Et / float(shape.meridional_resultant(1.0, shape.R0))
 
 
 def stable_below(stable: Callable[[float], bool], limit: float, hint: float | None = None) -> float:

@@ -4,15 +4,16 @@ The second variation of the held ideal isotensoid with both rims held. Around th
 u_m = U cos n theta, v = V sin n theta, w = W cos n theta; along the meridian U, V and W are polynomials
 that vanish at the rims, so a few dozen unknowns give all digits. With the linear strains
 
-    e_m = U' + k W,  e_h = (R' U + n V + z' W)/R,  g = V' - (n U + R' V)/R,  k = 2 R/R0^2
+    e_m = U' + k W,  e_h = (R' U + n V + z' W)/R,  g = V' - (n U + R' V)/R,  k = R/c
 
 half the second variation per unit of pi is, over the area R ds,
 
     E t e_m^2 + c_h E t/(1 - nu^2) (e_h + nu e_m)^2 + c_g G t g^2
-    + p [R0^2/(2 R) |u_,s|^2 - u . (u_,s x h + m x u_,h)],
+    + p [c/R |u_,s|^2 - u . (u_,s x h + m x u_,h)],
 
-where c_h = c_g = 1 for isotropic film, 0 for fixed wrinkles, and c_h = 0, c_g = 1 for tension-field film on
-the wrinkled side of its kink. Independent of the finite elements: no mesh, no UFL, NumPy and SciPy only.
+where c = R N_phi/p, R0^2/2 of an isotensoid, and c_h = c_g = 1 for isotropic film, 0 for fixed wrinkles, and
+c_h = 0, c_g = 1 for tension-field film on the wrinkled side of its kink. Independent of the finite
+elements: no mesh and no UFL, NumPy and SciPy only.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.films import Film, FixedWrinkles, Isotropic, TensionField
 from lobefem.isotensoid import Isotensoid
+from lobefem.lobe import Lobe
 
 __all__ = ["continuum_pressure", "unstable_from"]
 
@@ -36,7 +38,7 @@ Array = npt.NDArray[np.float64]
 
 
 def continuum_pressure(
-    harmonic: int, film: Film, shape: Isotensoid | None = None, *, degree: int = 20
+    harmonic: int, film: Film, shape: Lobe | None = None, *, degree: int = 20
 ) -> float:
     """The critical pressure of one circumferential harmonic of one lobe, both rims held, without a mesh.
 
@@ -44,7 +46,7 @@ def continuum_pressure(
         harmonic: n, 1 or more.
         film: its law; tension-field film is taken on the wrinkled side of its kink, on whose taut side
             it is isotropic.
-        shape: the lobe, the paper's by default.
+        shape: the lobe, the paper's isotensoid by default.
         degree: number of polynomials for each displacement component.
 
     Returns:
@@ -65,7 +67,9 @@ def continuum_pressure(
             return False
         return True
 
-    low, high = 1e-6 * film.Et / shape.R0, 20 * film.Et / shape.R0
+    # p R0/2 = E t at the equator: a film strain of 100 %
+    scale = 2 * film.Et / math.sqrt(2 * shape.meridional_tension)
+    low, high = 1e-6 * scale, 10 * scale
     if not stable(low):
         return 0.0
     if stable(high):
@@ -77,11 +81,13 @@ def continuum_pressure(
     return low - 1 / float(nu[0])
 
 
-def unstable_from(film: Film, shape: Isotensoid | None = None, *, highest: int = 64) -> int | None:
+def unstable_from(film: Film, shape: Lobe | None = None, *, highest: int = 64) -> int | None:
     """The lowest harmonic that is unstable at any pressure above zero, None up to `highest`.
 
     Such a motion of one lobe leaves its rims at rest, so it is one of a stack of such lobes too.
     """
+    if min(_shares(film)) > 0:
+        return None  # no motion is without strain energy, which outweighs a small pressure
     return next((n for n in range(1, highest + 1) if continuum_pressure(n, film, shape) == 0.0), None)
 
 
@@ -96,13 +102,13 @@ def _shares(film: Film) -> tuple[float, float]:
     raise InputError(f"{film!r} is none of the laws Isotropic, FixedWrinkles and TensionField")
 
 
-def _pencil(n: int, film: Film, shape: Isotensoid, degree: int) -> tuple[Array, Array]:
+def _pencil(n: int, film: Film, shape: Lobe, degree: int) -> tuple[Array, Array]:
     """K_m and K_g in the coefficients of U, V and W."""
     x, weights = legendre.leggauss(2 * degree + 24)
     half = shape.arc_length / 2
     s = half * x
     R, (dR, dz) = shape.radius(s), shape.slope(s)
-    area, curvature = weights * half * R, 2 * R / shape.R0**2
+    area, curvature = weights * half * R, R / shape.meridional_tension
 
     bubble = np.array([2 / 3, 0, -2 / 3])  # 1 - x^2 in Legendre polynomials
     functions = [legendre.legmul(bubble, np.eye(degree)[j]) for j in range(degree)]
@@ -131,7 +137,7 @@ def _pencil(n: int, film: Film, shape: Isotensoid, degree: int) -> tuple[Array, 
     K_m += c_h * film.Et / (1 - film.nu**2) * product(hoop, hoop)
     K_m += c_g * film.Et / (2 * (1 + film.nu)) * product(g, g)
 
-    resultant = shape.R0**2 / (2 * R)
+    resultant = shape.meridional_tension / R
     K_g = sum(product(d, times(resultant, d)) for d in (e_m, dV, turn))
     volume = (
         product(W, e_m) - product(U, turn) + product(W, e_h) + product(V, times(n / R, W) + times(dz / R, V))

@@ -54,7 +54,7 @@ class Design(Section):
 
     @model_validator(mode="after")
     def _complete(self) -> Design:
-        lobed = self.shape.kind == "isotensoid"
+        lobed = self.has_ideal_state
         size = self.shape.edge_radius or self.shape.R0 or self.shape.radius or 0.0
         film = self.film.model_copy()  # it may be part of another design
         if film.thickness > 0.01 * size:
@@ -114,8 +114,8 @@ class Design(Section):
     def with_overrides(self, changes: Mapping[str, Any], names: Mapping[str, str] | None = None) -> Design:
         """A design with some keys changed, checked again as a whole; defaults follow the changes.
 
-        A new size replaces the old one, however that was given; on a cylinder `shape.edge_radius`
-        is its radius.
+        A new size replaces the old one, however that was given; on a cylinder and on a formed lobe
+        `shape.edge_radius` is the radius.
 
         Args:
             changes: values by "section.key"; those that are None change nothing.
@@ -132,7 +132,7 @@ class Design(Section):
             if section == "shape" and key in ("edge_radius", "R0"):
                 table.pop("edge_radius", None)
                 table.pop("R0", None)
-                key = "radius" if table.get("kind") == "cylinder" else key
+                key = "radius" if table.get("kind") in ("cylinder", "formed") else key
             if path in ("mesh.divisions", "mesh.size"):
                 table.pop("size" if key == "divisions" else "divisions", None)
                 table["layout"] = "structured" if key == "divisions" else "unstructured"
@@ -156,21 +156,29 @@ class Design(Section):
 
     @property
     def has_ideal_state(self) -> bool:
-        """Whether there is a shape that carries the pressure without hoop stress: an isotensoid."""
-        return self.shape.kind == "isotensoid"
+        """Whether the shape carries the pressure without hoop stress: an isotensoid or a formed lobe."""
+        return self.shape.kind != "cylinder"
 
     def surface(self, comm: Any = None, *, sector: bool = False) -> Surface:
-        """The meshed film. Collective.
+        """The meshed film; for a formed lobe after its form was found. Collective.
+
+        A form is found on a cylinder with the mesh of one lobe as designed, or with the default mesh
+        where that is unstructured.
 
         Args:
             comm: MPI communicator (default: all ranks).
             sector: one of its equal sectors only, whole on every rank.
+
+        Raises:
+            InputError: a mesh that cannot be made, or a film that would bulge over its rims.
+            SolveError: Gmsh failed, or no form was found.
         """
         import lobefem._dolfinx  # noqa: F401  first: it finds the stack
 
         # isort: split
         from mpi4py import MPI
 
+        from lobefem.formfinding import find_form
         from lobefem.isotensoid import Isotensoid
         from lobefem.surface import cylinder, lobed_cylinder
 
@@ -189,6 +197,14 @@ class Design(Section):
             assert shape.radius is not None
             assert shape.length is not None
             return cylinder(shape.radius, shape.length, **how)
+        if shape.kind == "formed":
+            assert shape.radius is not None
+            assert shape.length is not None
+            assert shape.forming_pressure is not None
+            drawn = how | {"sector": False} if mesh.layout == "structured" else {"comm": how["comm"]}
+            film = cylinder(shape.radius, shape.length, **drawn)
+            form = find_form(film, shape.forming_pressure, Et=shape.forming_stiffness)
+            return form.surface(shape.lobes, **how)
         assert shape.truncation is not None
         if shape.R0 is not None:
             lobe = Isotensoid(shape.R0, shape.truncation)

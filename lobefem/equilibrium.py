@@ -19,7 +19,7 @@ from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.log import logger
 
-__all__ = ["Equilibrium", "ideal_state", "inflate", "require_whole"]
+__all__ = ["Equilibrium", "ideal_state", "inflate", "placed_state", "require_whole"]
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -48,7 +48,7 @@ class Equilibrium:
     Attributes:
         balloon: the balloon this is a state of.
         pressure: gas pressure p [Pa].
-        prestress: pressure p0 [Pa] whose isotensoid stress is built into film and cords.
+        prestress: pressure p0 [Pa] whose meridional stress is built into film and cords.
         unknowns: this rank's part of q (see `lobefem.constraints`).
         displacement: this rank's nodal displacements, ghosts included, (nodes, 3) [m].
         converged, reason, iterations: of SNES (all steps together); reason in words.
@@ -103,9 +103,14 @@ class Equilibrium:
         self.activate()
         return self.balloon.stress_resultants()
 
+    def true_resultants(self) -> Any:
+        """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m], see `Balloon`. Collective."""
+        self.activate()
+        return self.balloon.true_resultants()
+
 
 def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
-    """The isotensoid as it was drawn, geometry held, its stress proportional to the pressure.
+    """The lobes as they were drawn, geometry held, their stress proportional to the pressure.
 
     The paper's sec. 5 takes its eigenvalues here. Exact equilibrium up to discretisation, whose
     residual is reported.
@@ -123,6 +128,24 @@ def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
     balloon.set_loads(pressure, pressure)
     q = balloon.map.create_vector()
     return _record(balloon, q, True, "held geometry", 0, ())
+
+
+def placed_state(balloon: Balloon, displacement: Array) -> Equilibrium:
+    """A displacement as a state to start `inflate` from, without load; in equilibrium only by chance.
+
+    Args:
+        balloon: what to displace.
+        displacement: this rank's nodal displacements, ghosts included, (nodes, 3) [m]; nodes that are
+            held or belong to a plate stay where they are.
+
+    Collective.
+    """
+    balloon.set_loads(0.0)
+    q = balloon.map.create_vector()
+    with q as array:
+        free = balloon.map.free
+        array[: free.size] = displacement.reshape(-1)[free]
+    return _record(balloon, q, False, "placed", 0, ())
 
 
 def inflate(
@@ -144,7 +167,7 @@ def inflate(
     Args:
         balloon: what to inflate.
         pressure: gas pressure [Pa].
-        prestress: pressure whose isotensoid stress is built in [Pa]; by default `pressure` for a
+        prestress: pressure whose meridional stress is built in [Pa]; by default `pressure` for a
             prestressed balloon and 0 otherwise.
         start: state to start from (default: the reference shape).
         rtol: norm of the residual over that of the pressure's nodal forces.

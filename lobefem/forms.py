@@ -55,7 +55,7 @@ class WeakForms:
             shape, axis = surface.shape, ufl.as_vector(list(surface.axis))
             across = X - ufl.dot(X, axis) * axis
             radius = ufl.sqrt(ufl.dot(across, across))
-            resultant = balloon.prestress * number(shape.R0**2) / (2 * radius)
+            resultant = balloon.prestress * number(shape.meridional_tension) / radius
             strain = strain + film.prestrain(resultant, number, hoop_slack)
         self.strain = strain
         self.dx = dx

@@ -24,6 +24,7 @@ from scipy.special import ellipeinc, ellipj, ellipk
 
 from lobefem import checks
 from lobefem.errors import InputError
+from lobefem.lobe import Lobe
 
 __all__ = ["MAX_TRUNCATION", "Isotensoid"]
 
@@ -41,7 +42,7 @@ def _height(a: Array | float) -> Array:
 
 
 @dataclass(frozen=True)
-class Isotensoid:
+class Isotensoid(Lobe):
     """One lobe: an isotensoid of equator radius R0 cut off at |z| = truncation * R0.
 
     Args:
@@ -91,11 +92,6 @@ class Isotensoid:
         return self.truncation * self.R0
 
     @property
-    def height(self) -> float:
-        """Height from edge to edge [m]."""
-        return 2.0 * self.half_height
-
-    @property
     def edge_angle(self) -> float:
         """Angle between meridian and horizontal plane at an edge [rad]; 16.004 degrees."""
         return math.asin(self._edge_functions[1] ** 2)
@@ -135,40 +131,17 @@ class Isotensoid:
         sn, cn, dn, _ = ellipj(self._argument(s), 0.5)
         return -_SQRT2 * sn * dn, cn**2
 
-    def angle(self, s: npt.ArrayLike) -> Array:
-        """Angle phi between meridian and horizontal plane [rad], sin phi = (R / R0)^2.
-
-        Unsigned: pi/2 at the equator, falling towards both edges. From the two components of the
-        tangent, because arcsin alone loses half the digits at the equator.
-        """
-        radial, axial = self.slope(s)
-        return np.arctan2(axial, np.abs(radial))
-
-    def stations(self, count: int) -> Array:
-        """Arc lengths [m], shape (count + 1,), of equal steps from the bottom to the top edge.
-
-        Equal steps of arc length are equal steps of the elliptic argument.
-        """
-        count = checks.integer("the number of steps along the meridian", count, 1)
-        half = 0.5 * self.arc_length
-        # symmetric by construction, which linspace is not to the last bit
-        return half * (2.0 * np.arange(count + 1) - count) / count
-
     # --- stress and free bodies ------------------------------------------------------------
 
-    def meridional_resultant(self, pressure: float, radius: npt.ArrayLike) -> Array:
-        """N_phi = p R0^2 / (2 R) [N/m], with no hoop stress (paper eq. 4).
+    @property
+    def meridional_tension(self) -> float:
+        """R N_phi/p = R0^2/2 [m^2] (paper eq. 4)."""
+        return self.R0**2 / 2.0
 
-        Args:
-            pressure: gas pressure p [Pa], of either sign.
-            radius: distance R from the axis [m], any shape, positive.
-        """
-        checks.finite("the pressure", pressure, "Pa")
-        R: Array = np.asarray(radius, dtype=np.float64)
-        if not np.all(np.isfinite(R) & (R > 0.0)):
-            raise InputError("a radius is not a positive number of metres; give R > 0")
-        resultant: Any = pressure * self.R0**2 / (2.0 * R)
-        return resultant
+    @property
+    def axial_excess(self) -> float:
+        """None: an isotensoid pulls on its plates as the gas pushes them."""
+        return 0.0
 
     def seam_tension(self, pressure: float) -> float:
         """Tension [N] of a seam's hoop, T = 2 N_phi cos(phi) R_e = p R0^2 cos(phi).

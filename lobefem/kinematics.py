@@ -17,6 +17,7 @@ __all__ = [
     "green_lagrange",
     "revolved_frame",
     "tangent_frame",
+    "true_resultants",
 ]
 
 
@@ -71,6 +72,32 @@ def area_vector(u: Any, frame: Frame) -> Any:
     """Current normal times current area per reference area, (F m) x (F h), outwards."""
     gradient = ufl.grad(u)
     return ufl.cross(frame.m + ufl.dot(gradient, frame.m), frame.h + ufl.dot(gradient, frame.h))
+
+
+def true_resultants(S: Any, u: Any, mesh: Any, axis: Any, frame: Frame) -> Any:
+    """True stress resultants (N_phi, N_theta, N_phitheta) of the deformed film, F S F^T/J.
+
+    Args:
+        S: second Piola-Kirchhoff resultants in `frame`, 2x2.
+        u: displacement.
+        mesh: the surface mesh.
+        axis: of the surface, through the origin; the components are those along the deformed surface's
+            meridian and hoop about it.
+        frame: the reference frame.
+    """
+    gradient = ufl.grad(u)
+    f = frame.m + ufl.dot(gradient, frame.m), frame.h + ufl.dot(gradient, frame.h)
+    area = area_vector(u, frame)
+    J = ufl.sqrt(ufl.dot(area, area))
+    n = area / J
+    around = ufl.cross(ufl.as_vector(list(axis)), ufl.SpatialCoordinate(mesh) + u)
+    h = _unit(around - ufl.dot(around, n) * n)
+    m = ufl.cross(h, n)
+
+    def component(a: Any, b: Any) -> Any:
+        return sum(S[i, j] * ufl.dot(f[i], a) * ufl.dot(f[j], b) for i in range(2) for j in range(2)) / J
+
+    return ufl.as_vector([component(m, m), component(h, h), component(m, h)])
 
 
 def edge_strain(u: Any, mesh: Any, side: str | None = None) -> Any:

@@ -23,7 +23,7 @@ from lobefem.chart import HarmonicChart, harmonic_chart
 from lobefem.continuum import continuum_pressure, unstable_from
 from lobefem.errors import InputError
 from lobefem.films import FILMS, Film, Isotropic, TensionField
-from lobefem.isotensoid import Isotensoid
+from lobefem.lobe import Lobe
 
 __all__ = ["DIVISIONS", "LOW", "PUBLISHED", "Continuum", "MeshStudy", "Trend", "mesh_study", "trend"]
 
@@ -32,6 +32,8 @@ Array = npt.NDArray[np.float64]
 # of a lobe along its meridian, and around: the paper's 24 x 32 refined in both directions
 DIVISIONS = tuple((3 * n // 4, n) for n in (24, 32, 36, 40, 48, 64, 96, 128))
 LOW = (2, 3, 4, 5, 6)
+# where isotropic film has its lowest critical pressure: n = 7 of the paper's lobe
+_SEARCHED = range(2, 25)
 # the paper's sec. 5: film with fixed wrinkles, by number of lobes [Pa]
 PUBLISHED = {1: 4600.0, 4: 3000.0}
 
@@ -240,13 +242,12 @@ def _sides(law: str, film: Film) -> list[tuple[str, Film]]:
     return [(law, film), *sides]
 
 
-def _continuum(law: str, film: Film, shape: Isotensoid, low: Sequence[int]) -> Continuum:
+def _continuum(law: str, film: Film, shape: Lobe, low: Sequence[int]) -> Continuum:
     pressures = {n: continuum_pressure(n, film, shape) for n in low if n}
     first = unstable_from(film, shape)
     lowest = 0.0
     if first is None:
-        # beyond the paper's shape too the lowest is among the first few dozen: it is a shallow minimum
-        lowest = min(continuum_pressure(n, film, shape) for n in range(1, 33))
+        lowest = min(continuum_pressure(n, film, shape, degree=14) for n in _SEARCHED)
     return Continuum(law, pressures, lowest, first)
 
 

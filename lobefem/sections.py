@@ -12,13 +12,21 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
 
-from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STRESS, Quantity, shown
+from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, Quantity, shown
 
 __all__ = [
     "Film", "Hoops", "Mesh", "Plates", "Pressure", "Section", "Shape", "fill", "listed", "nearest",
 ]  # fmt: skip
 
 _PAPER_RADIUS = 2.0  # [m]
+_PAPER_LENGTH = 4.2  # of the cylinder [m]
+_LOBE_HEIGHT = 2.094950553365567  # of the paper's lobe over its edge radius
+_FORMING_PRESSURE = 37.5  # [Pa]
+_SIZES = {
+    "isotensoid": ("edge_radius", "R0", "truncation"),
+    "cylinder": ("radius", "length"),
+    "formed": ("radius", "length", "forming_pressure", "forming_stiffness"),
+}
 
 # --- kinds of values ----------------------------------------------------------------------------
 
@@ -130,32 +138,40 @@ class Section(BaseModel):
 
 
 class Shape(Section):
-    """[shape]: one lobe's isotensoid and how many are stacked, or a flat cylinder.
+    """[shape]: one lobe's isotensoid and how many are stacked, or a flat cylinder, or a formed lobe.
 
-    An isotensoid is sized by the radius of its seams and rims, or by its equator radius R0.
+    An isotensoid is sized by the radius of its seams and rims, or by its equator radius R0. A formed
+    lobe is what a cylinder of fixed-direction film becomes at the forming pressure; without a
+    `forming_stiffness`, its E t [N/m], 37.5 Pa make it an isotensoid.
     """
 
-    kind: Annotated[str, _word("isotensoid", "cylinder")] = "isotensoid"
+    kind: Annotated[str, _word(*_SIZES)] = "isotensoid"
     edge_radius: Annotated[float | None, _positive(LENGTH)] = None
     R0: Annotated[float | None, _positive(LENGTH)] = None
     truncation: Annotated[float | None, _quantity(NUMBER, "in (0, 0.599]", lambda v: 0 < v <= 0.599)] = None
     lobes: Annotated[int, _integer(1)] = 1
     radius: Annotated[float | None, _positive(LENGTH)] = None
     length: Annotated[float | None, _positive(LENGTH)] = None
+    forming_pressure: Annotated[float | None, _positive(PRESSURE)] = None
+    forming_stiffness: Annotated[float | None, _positive(STIFFNESS)] = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Shape:
-        lobed, flat = ("edge_radius", "R0", "truncation"), ("radius", "length")
-        for key in flat if self.kind == "isotensoid" else lobed:
+        for key in sorted({key for keys in _SIZES.values() for key in keys} - {*_SIZES[self.kind]}):
             if getattr(self, key) is not None:
-                use = listed(lobed if self.kind == "isotensoid" else flat)
                 raise ValueError(
-                    f"{key} = {getattr(self, key)} does not fit the kind {self.kind!r}; use {use}"
+                    f"{key} = {getattr(self, key)} does not fit the kind {self.kind!r}; use "
+                    f"{listed(_SIZES[self.kind])}"
                 )
         if self.kind == "cylinder":
             if self.lobes != 1:
                 raise ValueError(f"lobes = {self.lobes} does not fit the kind 'cylinder'; leave it out")
-            return self._filled(radius=_PAPER_RADIUS, length=4.2)
+            return self._filled(radius=_PAPER_RADIUS, length=_PAPER_LENGTH)
+        if self.kind == "formed":
+            radius = self.radius or _PAPER_RADIUS
+            return self._filled(
+                radius=radius, length=_LOBE_HEIGHT * radius, forming_pressure=_FORMING_PRESSURE
+            )
         if self.R0 is not None and self.edge_radius is not None:
             raise ValueError(
                 f"edge_radius = {self.edge_radius} and R0 = {self.R0} both give the size; leave one out"

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from lobefem import _distribute, _dolfinx, _gmsh, _net, checks
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
+from lobefem.lobe import Lobe
 from lobefem.log import logger
 
 # isort: split
@@ -114,7 +115,7 @@ class Surface:
     axis: Array
     cyclic_order: int | None
     divisions: tuple[int, int] | None
-    shape: Isotensoid | Cylinder
+    shape: Lobe | Cylinder
     num_lobes: int
     copies: int = 1
 
@@ -123,7 +124,7 @@ def lobed_cylinder(
     lobes: int = 4,
     divisions: tuple[int, int] = (24, 32),
     *,
-    shape: Isotensoid | None = None,
+    shape: Lobe | None = None,
     cell: str = "triangle",
     order: int = 1,
     diagonals: str = "same",
@@ -132,12 +133,13 @@ def lobed_cylinder(
     sector: bool = False,
     comm: Any = MPI.COMM_WORLD,
 ) -> Surface:
-    """Mesh a stack of isotensoid lobes. Collective.
+    """Mesh a stack of lobes. Collective.
 
     Args:
         lobes: number of lobes, 1 or more.
         divisions: structured cells (along one lobe's meridian, around the axis), at least (2, 3).
-        shape: one lobe; the paper's design (edge radius 2 m, truncation 0.55) when None.
+        shape: one lobe, an `Isotensoid` or a `FormedLobe`; the paper's design (edge radius 2 m,
+            truncation 0.55) when None.
         cell: 'triangle' or 'quadrilateral'.
         order: degree of the geometry, 1 (flat facets) or 2.
         diagonals: how structured triangles are cut, all the same way ('same') or 'alternating'.
@@ -152,8 +154,10 @@ def lobed_cylinder(
     """
     if shape is None:
         shape = Isotensoid.from_edge_radius()
-    if not isinstance(shape, Isotensoid):
-        raise InputError(f"shape is {shape!r}; give an Isotensoid or None for the paper's design")
+    if not isinstance(shape, Lobe):
+        raise InputError(
+            f"shape is {shape!r}; give an Isotensoid, a FormedLobe, or None for the paper's design"
+        )
     return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, layout, size, sector, comm)
 
 
@@ -193,7 +197,7 @@ def cylinder(
 
 
 def _make(
-    shape: Isotensoid | Cylinder,
+    shape: Lobe | Cylinder,
     lobes: int,
     least: tuple[int, int],
     divisions: tuple[int, int],
@@ -266,7 +270,7 @@ def _make(
 
 
 def _structured(
-    shape: Isotensoid | Cylinder,
+    shape: Lobe | Cylinder,
     lobes: int,
     divisions: tuple[int, int],
     diagonals: str | None,
@@ -300,9 +304,7 @@ def sector_of(surface: Surface) -> Surface:
     )  # fmt: skip
 
 
-def _unstructured(
-    shape: Isotensoid | Cylinder, lobes: int, size: float, corners: int, order: int
-) -> _net.Net:
+def _unstructured(shape: Lobe | Cylinder, lobes: int, size: float, corners: int, order: int) -> _net.Net:
     net = _net.unstructured_net(_gmsh.unstructured(shape, lobes, size, corners), shape)
     return net if order == 1 else _net.with_midpoints(net)
 
@@ -327,7 +329,7 @@ def _divisions(divisions: Any, least: tuple[int, int], lobes: int, alternating: 
     return along, around
 
 
-def _size(size: Any, shape: Isotensoid | Cylinder, lobes: int) -> float:
+def _size(size: Any, shape: Lobe | Cylinder, lobes: int) -> float:
     if size is None:
         raise InputError("an unstructured mesh needs its target size [m]; give size=0.25, say")
     number = checks.positive("size", size, "m")

@@ -275,7 +275,7 @@ def _check_state(state: str, design: Design) -> None:
     if state == "ideal" and not design.has_ideal_state:
         raise InputError(
             "a cylinder has no ideal state, for it carries no pressure as it is drawn; use "
-            "lobefem modes --state inflated, or an isotensoid"
+            "lobefem modes --state inflated, or the kind 'isotensoid' or 'formed'"
         )
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
-__all__ = ["FORCE", "LENGTH", "NUMBER", "PRESSURE", "STRESS", "Quantity", "shown"]
+__all__ = ["FORCE", "LENGTH", "NUMBER", "PRESSURE", "STIFFNESS", "STRESS", "Quantity", "shown"]
 
 _PREFIX = {"": "1", "k": "1e3", "M": "1e6", "G": "1e9"}
 _LENGTHS = {
@@ -103,4 +103,7 @@ LENGTH = Quantity("a length", "metres", '5e-5 or "0.05 mm"', _LENGTHS)
 PRESSURE = Quantity("a pressure", "pascals", '5.0 or "5 Pa"', _PRESSURES)
 STRESS = Quantity("a stress", "pascals", '3.5e9 or "3.5 GPa"', _PRESSURES)
 FORCE = Quantity("a force", "newtons", '2.15e9 or "2.15 GN"', _FORCES)
+STIFFNESS = Quantity(
+    "a membrane stiffness", "newtons per metre", '188 or "188 N/m"', {f"{k}/m": v for k, v in _FORCES.items()}
+)
 NUMBER = Quantity("a pure number", "", "0.3", {})

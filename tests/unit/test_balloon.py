@@ -324,7 +324,7 @@ def test_errors_of_parts_that_do_not_go_together(comm):
     with pytest.raises(InputError, match=r"hoop_slack = -0.1 must be a strain in"):
         Balloon(surface, Isotropic(), prestressed=True, hoop_slack=-0.1)
     flat = cylinder(2.0, 4.0, (2, 4), comm=comm)
-    with pytest.raises(InputError, match="prestress needs an isotensoid; this surface is another"):
+    with pytest.raises(InputError, match="prestress needs an isotensoid or a formed lobe; this"):
         Balloon(flat, Isotropic(), prestressed=True)
     flat = type("Open", (), {**vars(flat), "groups": {"rim_top": (1, 202)}})
     with pytest.raises(InputError, match="end plates need the edge group 'rim_bottom', which this"):

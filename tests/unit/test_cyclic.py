@@ -12,11 +12,12 @@ from lobefem.cyclic import Sector
 from lobefem.equilibrium import ideal_state, inflate
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
+from lobefem.formfinding import find_form
 from lobefem.kinematics import revolved_frame
 from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
-from lobefem.surface import lobed_cylinder
+from lobefem.surface import cylinder, lobed_cylinder
 
 CASES = {
     "single, film": {"lobes": 1, "divisions": (6, 9), "load": "film", "film": FixedWrinkles()},
@@ -110,6 +111,15 @@ def test_modes_of_an_inflated_state_by_harmonics():
     alone = find_modes(state, 2, harmonics=[3])
     assert {m.harmonic for m in alone.modes} == {3}
     assert alone.values[0] == pytest.approx(alone.values[1])
+
+
+def test_a_formed_lobe_has_its_harmonics_too():
+    form = find_form(cylinder(2.0, 4.19, (8, 12)), 20.0)
+    surface = form.surface(2, (6, 10))
+    parts = [GasPressure("film"), Hoops(), EndPlates()]
+    balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
+    full, split = critical_pressure(balloon, full=True), critical_pressure(balloon)
+    assert split.pressure == pytest.approx(full.pressure, rel=1e-8)
 
 
 def test_a_state_without_the_symmetry_is_refused():

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from lobefem.design import Design
 from lobefem.errors import InputError
+from lobefem.isotensoid import Isotensoid
 from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STRESS
 
 MESHES = Path(__file__).parents[2] / "meshes"
-SHIPPED = ("single", "stack4", "stack5", "cylinder")
+SHIPPED = ("single", "stack4", "stack5", "cylinder", "formed")
 
 
 def parse(text):
@@ -90,8 +91,8 @@ def test_shipped_designs_are_read_and_written_back(name):
     assert parse(design.to_toml()) == design
     if name != "cylinder":  # the paper's own numbers are the defaults
         assert design.film == Design().film
-        assert design.shape.edge_radius == Design().shape.edge_radius
-        assert design.shape.lobes == {"single": 1, "stack4": 4, "stack5": 5}[name]
+        assert (design.shape.edge_radius or design.shape.radius) == Design().shape.edge_radius
+        assert design.shape.lobes == {"single": 1, "stack4": 4, "stack5": 5, "formed": 1}[name]
 
 
 def test_the_law_decides_prestress_and_slack_unless_they_are_given():
@@ -119,6 +120,9 @@ def test_an_overridden_size_replaces_the_equator_radius():
     assert (changed.shape.R0, changed.shape.edge_radius) == (None, 2.0)
     flat = parse("[shape]\nkind = 'cylinder'").with_overrides({"shape.edge_radius": 3.0})
     assert flat.shape.radius == 3.0
+    formed = parse("[shape]\nkind = 'formed'").with_overrides({"shape.edge_radius": 3.0})
+    assert formed.shape.radius == 3.0
+    assert formed.shape.length == pytest.approx(Isotensoid.from_edge_radius(3.0).height, rel=1e-14)
 
 
 def test_overriding_divisions_makes_an_unstructured_mesh_structured():
@@ -186,6 +190,14 @@ def test_overrides_as_text_from_the_command_line():
          "use radius or length"),
         ("[shape]\nkind = 'cylinder'\nlobes = 2",
          "shape.lobes = 2 does not fit the kind 'cylinder'; leave it out"),
+        ("[shape]\nkind = 'formed'\ntruncation = 0.5",
+         "shape.truncation = 0.5 does not fit the kind 'formed'; use radius, length, forming_pressure or "
+         "forming_stiffness"),
+        ("[shape]\nforming_pressure = 10",
+         "shape.forming_pressure = 10.0 does not fit the kind 'isotensoid'; use edge_radius"),
+        ("[shape]\nkind = 'formed'\nforming_pressure = 0", "shape.forming_pressure: 0 must be positive"),
+        ("[shape]\nkind = 'formed'\nforming_stiffness = '188 N'",
+         "shape.forming_stiffness: '188 N' is not a membrane stiffness; give newtons per metre, e.g. 188"),
         ("[shape]\nkind = 'cylinder'\n[film]\nprestress = true",
          "film.prestress = true needs an isotensoid; leave it out for a cylinder"),
         ("[mesh]\ndivisions = 24", "mesh.divisions: 24 is no mesh division; give cells"),
@@ -264,7 +276,7 @@ VALUES = st.one_of(
     st.floats(),
     st.text(max_size=12),
     st.sampled_from(
-        ["1 m", "5 kPa", "2 N", "24x32", "cylinder", "isotensoid", "unstructured", "fixed", "film"]
+        ["1 m", "5 kPa", "2 N", "24x32", "cylinder", "isotensoid", "formed", "unstructured", "fixed", "film"]
     ),
     st.lists(st.one_of(st.integers(), st.floats(), st.text(max_size=5)), max_size=3),
     st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
@@ -328,3 +340,39 @@ def test_r0_and_cylinder_reach_the_surface(comm):
     assert not flat.has_ideal_state
     isotropic = flat.with_overrides({"film.law": "isotropic"})
     assert not isotropic.balloon(isotropic.surface(comm)).cords
+
+
+def test_a_formed_lobe_is_formed_then_stacked_and_prestressed(comm):
+    tables = {
+        "shape": {"kind": "formed", "forming_pressure": "10 Pa", "lobes": 2},
+        "mesh": {"divisions": [6, 8]},
+    }
+    design = Design.parse(tables)
+    assert design.has_ideal_state
+    assert design.film.prestress
+    surface = design.surface(comm)
+    assert (surface.num_lobes, surface.divisions) == (2, (6, 8))
+    # the closed form at 10 Pa is 3.061 m wide; 8 facets around hold 10 % less gas
+    widest = surface.shape.R0
+    assert widest == pytest.approx(3.061, rel=0.02)
+    assert surface.shape.edge_radius == pytest.approx(2.0)
+    assert surface.shape.height == pytest.approx(Isotensoid.from_edge_radius(2.0).height)
+    assert design.balloon(surface).prestressed
+    stiff = design.with_overrides({"shape.forming_stiffness": "1 kN/m", "shape.lobes": 1})
+    assert widest > 1.05 * stiff.surface(comm).shape.R0
+    free = design.with_overrides({"mesh.size": 0.8})
+    assert free.surface(comm).divisions is None
+
+
+def test_a_formed_lobe_becomes_the_isotensoid_by_default(comm):
+    shape = Design.load(MESHES / "formed.toml", comm).surface(comm).shape
+    assert shape.meridional_tension == pytest.approx(
+        Isotensoid.from_edge_radius(2.0).meridional_tension, rel=5e-3
+    )
+    assert shape.m == pytest.approx(0.5, abs=2e-3)
+
+
+def test_too_much_forming_pressure_is_refused(comm):
+    design = Design.parse({"shape": {"kind": "formed", "forming_pressure": 100}})
+    with pytest.raises(InputError, match=r"at 100 Pa a film of E t = 187\.487 N/m bulges over its rims"):
+        design.surface(comm)
