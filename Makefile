@@ -56,7 +56,7 @@ sphinx: setup
 
 docs: sphinx
 	$(run) $(python) docs/generate.py
-	$(run) $(python) -m sphinx -W --keep-going -q docs $(DOCS)
+	$(run) $(python) -m sphinx -E -a -W --keep-going -q docs $(DOCS)
 	@echo "the documentation is in $(DOCS)/index.html"
 
 links: docs

@@ -19,6 +19,7 @@ exclude_patterns = ["_generated/*"]
 source_suffix = {".md": "markdown"}
 nitpicky = True
 # types of other packages: their inventories are on the network
+suppress_warnings = ["ref.python"]  # an attribute's name that several classes have is no reference
 nitpick_ignore_regex = [("py:.*", r"(?!lobefem\.).*")]
 
 myst_enable_extensions = ["dollarmath", "deflist"]

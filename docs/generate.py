@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 from scipy.integrate import quad
 
 import lobefem._dolfinx  # noqa: F401  first: it finds the stack
@@ -129,6 +130,9 @@ def volumes(out: Path, quick: bool) -> str:
         axes.loglog(
             [around for _, around in meshes], errors, "o-", ms=4, label=("linear", "quadratic")[order - 1]
         )
+    around = [n for _, n in meshes]
+    axes.set_xticks(around, [str(n) for n in around])
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.set(xlabel="divisions around", ylabel="relative error of the volume")
     axes.legend(frameon=False)
     drawing.savefig(out / "volumes.png")

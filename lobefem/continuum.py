@@ -19,6 +19,7 @@ elements: no mesh and no UFL, NumPy and SciPy only.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,7 @@ __all__ = ["continuum_pressure", "unstable_from"]
 Array = npt.NDArray[np.float64]
 
 
-def continuum_pressure(
-    harmonic: int, film: Film, shape: Lobe | None = None, *, degree: int = 20
-) -> float:
+def continuum_pressure(harmonic: int, film: Film, shape: Lobe | None = None, *, degree: int = 20) -> float:
     """The critical pressure of one circumferential harmonic of one lobe, both rims held, without a mesh.
 
     Args:
@@ -58,7 +57,13 @@ def continuum_pressure(
     """
     n = checks.integer("the harmonic", harmonic, 1)
     shape = Isotensoid.from_edge_radius() if shape is None else shape
-    K_m, K_g = _pencil(n, film, shape, checks.integer("the degree", degree, 2))
+    _shares(film)
+    return _critical(n, film, shape, checks.integer("the degree", degree, 2))
+
+
+@lru_cache(maxsize=1024)  # studies of one shape and material ask for the same
+def _critical(n: int, film: Film, shape: Lobe, degree: int) -> float:
+    K_m, K_g = _pencil(n, film, shape, degree)
 
     def stable(p: float) -> bool:
         try:

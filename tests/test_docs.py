@@ -1,5 +1,6 @@
 """Every code block of the pages runs as printed; python blocks of a page share their names."""
 
+import importlib.util
 import os
 import re
 import shlex
@@ -61,6 +62,19 @@ def test_design_files_of_the_pages_are_sound(workplace):
     files = [name for name in os.listdir() if name.endswith(".toml")]
     assert files == ["my-balloon.toml"]
     assert Design.load(files[0]).shape.lobes == 3
+
+
+@pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="one process writes the figures")
+def test_validation_is_generated(tmp_path):
+    spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
+    generate = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generate)
+    generate.generate(tmp_path, quick=True)
+    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    wanted = {Path(name).name for name in re.findall(r"_generated/\S+?\.(?:md|png)", page)}
+    assert wanted == {path.name for path in tmp_path.iterdir()}
+    assert "| 24 x 32, linear | 590.7424 | 8.21e-03 | 1.99 |" in (tmp_path / "volumes.md").read_text()
+    assert "from n = 7 on every harmonic is unstable" in (tmp_path / "verdicts.md").read_text()
 
 
 def test_every_page_is_in_the_contents():
