@@ -25,6 +25,7 @@ import lobefem._dolfinx  # noqa: F401  first: it finds the stack
 from mpi4py import MPI
 
 from lobefem import critical_pressure, find_modes, ideal_state
+from lobefem.branches import Branch
 from lobefem.critical import CriticalPressure
 from lobefem.design import Design
 from lobefem.errors import LobefemError
@@ -32,7 +33,8 @@ from lobefem.plotting import eigenvalue_curves, mode_shapes
 from lobefem.rendering import can_render, render_modes
 from lobefem.stability import Modes
 from lobefem.storage import RunFolder, Snapshot, save_json
-from lobefem.sweep import Branch, branches
+from lobefem.sweep import branches
+from lobefem.tracing import CriticalPoint
 
 sys.path.insert(0, str(Path(__file__).parent))
 from paper_words import CASES, Row, compare, to_markdown
@@ -121,12 +123,14 @@ def study(
     return numbers, shown
 
 
-def summary(curves: Sequence[Branch], shown: Modes, critical: CriticalPressure) -> dict[str, Any]:
-    """What a case gave, all in SI."""
-    mode = critical.mode
+def curve_numbers(
+    curves: Sequence[Branch], critical: CriticalPressure | CriticalPoint | None
+) -> dict[str, Any]:
+    """What the curves of a case say, in SI."""
+    mode = None if critical is None else critical.mode
     return {
         "pressures": sorted({float(p) for b in curves for p in b.pressures}),
-        "critical_pressure": _finite(critical.pressure),
+        "critical_pressure": None if critical is None else _finite(critical.pressure),
         "critical_harmonic": None if mode is None else mode.harmonic,
         "branches": [
             {
@@ -138,6 +142,12 @@ def summary(curves: Sequence[Branch], shown: Modes, critical: CriticalPressure) 
             }
             for b in curves
         ],
+    }
+
+
+def summary(curves: Sequence[Branch], shown: Modes, critical: CriticalPressure) -> dict[str, Any]:
+    """What a case gave, all in SI."""
+    return curve_numbers(curves, critical) | {
         "shown": {
             "pressure": shown.state.pressure,
             "volume": shown.state.volume,
@@ -236,7 +246,7 @@ def _show(rows: Sequence[Row], header: str) -> None:
     for column in ("paper, sec. 5", "here", "verdict"):
         table.add_column(column)
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*row[:3])
     Console(width=None if sys.stdout.isatty() else 120, highlight=False).print(table)
 
 

@@ -15,6 +15,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Balloon": "balloon",
     "Cords": "cables",
+    "CriticalPoint": "tracing",
     "CriticalPressure": "critical",
     "EndPlates": "plates",
     "Equilibrium": "equilibrium",
@@ -30,6 +31,8 @@ _HOME = {
     "Modes": "stability",
     "Surface": "surface",
     "TensionField": "films",
+    "Trace": "tracing",
+    "critical_point": "tracing",
     "critical_pressure": "critical",
     "cylinder": "surface",
     "find_form": "formfinding",
@@ -39,6 +42,7 @@ _HOME = {
     "inflate": "equilibrium",
     "isotensoid_stiffness": "formed",
     "lobed_cylinder": "surface",
+    "trace": "tracing",
 }
 
 __all__ = [*_HOME, "__version__"]
@@ -57,6 +61,7 @@ if TYPE_CHECKING:
     from lobefem.plates import EndPlates
     from lobefem.stability import Modes, find_modes
     from lobefem.surface import Surface, cylinder, lobed_cylinder
+    from lobefem.tracing import CriticalPoint, Trace, critical_point, trace
 
 
 def __getattr__(name: str) -> Any:

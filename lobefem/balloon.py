@@ -7,6 +7,7 @@ the `film` pressure is a residual of its own.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -28,6 +29,7 @@ from lobefem.constraints import ConstraintMap
 from lobefem.errors import InputError
 from lobefem.films import Film
 from lobefem.forms import WeakForms
+from lobefem.guides import Guide
 from lobefem.kinematics import Frame, revolved_frame, true_resultants
 from lobefem.loads import GasPressure, film_volume
 from lobefem.lobe import Lobe
@@ -86,7 +88,7 @@ class Balloon:
         self.parts, self.hoop_slack, self.quadrature_degree = tuple(parts), hoop_slack, quadrature_degree
         self.given_frame = frame
         self.cords = tuple(p for p in parts if isinstance(p, Cords))
-        held = [p for p in parts if isinstance(p, Held)]
+        self.held = tuple(p for p in parts if isinstance(p, Held))
         self.load: GasPressure = _single(parts, GasPressure) or GasPressure()
         self.plates: EndPlates | None = _single(parts, EndPlates)
         unknown = [p for p in parts if not isinstance(p, (Cords, Held, GasPressure, EndPlates))]
@@ -109,7 +111,8 @@ class Balloon:
         self.prestress = fem.Constant(self.mesh, 0.0)
         self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
         self.motion = self._plate_motion()
-        self.map = self._constraint_map(held)
+        self.free: Balloon | None = None
+        self.map = self._constraint_map()
         self.forms = WeakForms(self, hoop_slack, quadrature_degree)
         self._frozen = self.motion.area_vectors if self.motion else np.zeros((2, 3))
         self._tangents: dict[int, Any] = {}
@@ -147,17 +150,38 @@ class Balloon:
             plates = replace(plates, bar=plates.bar / self.surface.copies)
         return PlateMotion(plates, np.array([c for c, _ in numbers]), np.array([a for _, a in numbers]))
 
-    def _constraint_map(self, held: list[Held]) -> ConstraintMap:
-        rims = tuple(self.edge_nodes(n) for n in ("rim_bottom", "rim_top")) if self.motion else ()
+    def _constraint_map(self, guide: Guide | None = None) -> ConstraintMap:
+        rims = ("rim_bottom", "rim_top") if self.motion else ()
+        rings = (*rims, *(guide.seams if guide else ()))
         dofs = [np.empty(0, dtype=np.int32)]
-        for part in held:
+        for part in self.held:
             if callable(part.on):
                 nodes = fem.locate_dofs_geometrical(self.V, part.on)
             else:
                 nodes = self.edge_nodes(part.on)
             dofs += [3 * nodes + c for c in part.components]
         fixed = np.unique(np.concatenate(dofs)).astype(np.int32)
-        return ConstraintMap(self.V, self.motion, rims, fixed, np.zeros(fixed.size))
+        nodes = tuple(self.edge_nodes(name) for name in rings)
+        return ConstraintMap(self.V, guide or self.motion, nodes, fixed, np.zeros(fixed.size))
+
+    def under(self, guide: Guide) -> Balloon:
+        """This balloon led by a guide: another map, the same film, forms and matrices. Collective.
+
+        The two share their displacement and loads; `Equilibrium.activate` puts in those of a state.
+        """
+        led = copy(self)
+        led._residual_vector, led._full_tangent = self._residual_vector, self._full_tangent
+        led.map, led._tangents, led.free = self._constraint_map(guide), {}, self
+        return led
+
+    def adopt(self, other: Balloon) -> Any:
+        """The q with the displacement in which `other`, the same film with another map, is. Collective."""
+        return self.map.unknowns(other.u, other._w)
+
+    @property
+    def guide(self) -> Guide | None:
+        """What leads this balloon."""
+        return self.map.motion if isinstance(self.map.motion, Guide) else None
 
     def edge_nodes(self, group: str) -> npt.NDArray[np.int32]:
         """Node indices, owned and ghosts, of an edge group. Collective."""
@@ -223,9 +247,9 @@ class Balloon:
 
     def bar_force(self) -> float | None:
         """Force in the bar [N] at the last residual; None without a bar or with both rims held."""
-        if self.motion is None:
+        if self.map.motion is None:
             return None
-        return self.motion.bar_force(self._w, self._top_force, self._bar_built_in)
+        return self.map.motion.bar_force(self._w, self._top_force, self._bar_built_in)
 
     def cord_tensions(self) -> tuple[float, ...]:
         """Mean tension of each cord group over its reference length [N]. Collective."""
@@ -298,7 +322,7 @@ class Balloon:
             elastic += self.motion.bar_energy(self._w, self._bar_built_in)[0]
             volume += self.motion.volume_change(self._w)[0]
             if self.load.convention == "film":
-                volume -= float((self._frozen * self._w.reshape(2, 6)[:, :3]).sum())
+                volume -= float((self._frozen * self._w[:12].reshape(2, 6)[:, :3]).sum())
         work = float(self.pressure.value) * volume
         return elastic - work, abs(elastic) + abs(work)
 
@@ -308,15 +332,16 @@ class Balloon:
         return self.comm.allreduce(fem.assemble_scalar(self.forms.elastic)) + bar
 
     def _plate_terms(self, nodal: Array) -> tuple[Array, Array]:
-        """Gradient (12,) and Hessian (12, 12) in w of all that acts on the plates."""
+        """Gradient and Hessian in w of all that acts on the plates, and on a guide's seams."""
         gradient, hessian = self.map.plate_forces(nodal, self._w)
         if self.motion is not None:
             _, g, h = self.motion.volume_change(self._w)
-            p = self._plate_pressure
-            gradient, hessian = gradient - p * g, hessian - p * h
+            gradient[:12] -= self._plate_pressure * g
+            hessian[:12, :12] -= self._plate_pressure * h
             self._top_force = gradient[6:9].copy()
             _, g, h = self.motion.bar_energy(self._w, self._bar_built_in)
-            gradient, hessian = gradient + g, hessian + h
+            gradient[:12] += g
+            hessian[:12, :12] += h
         return gradient, hessian
 
     def _assemble_residual(self) -> Array:
@@ -333,6 +358,16 @@ class Balloon:
         r = self._assemble_residual()
         gradient, _ = self._plate_terms(r)
         self.map.reduce(r, gradient, dw, out)
+
+    def reaction(self, q: Any) -> float:
+        """The force conjugate to the guide's parameter at q, 0 without a guide [N or N m]. Collective."""
+        w, _, _ = self.map.displace(q, self.u)
+        self._w = w
+        r = self._assemble_residual()
+        gradient, _ = self._plate_terms(r)
+        if self.guide is None:
+            return 0.0
+        return float(gradient @ self.guide.rate(self.map.parameters(q))) + self.map.push_force(r)
 
     def tangent(self, q: Any, slot: int = 0) -> Any:
         """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.

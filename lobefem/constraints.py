@@ -2,9 +2,10 @@
 
 q holds the displacement components of the free nodes (where they are owned) and, at the end of the
 last rank, the plates' parameters y. Nodes on a rim follow their plate, held components keep their
-value. For an energy of u the reduced residual is J^T r and the reduced tangent J^T K J plus the
-curvature of the map, which acts on y alone: no row of a Dirichlet condition is left anywhere, so the
-same products serve Newton's method and eigenproblems.
+value. A guide (`lobefem.guides`) may take seams along as rigid rings and push nodes outwards. For
+an energy of u the reduced residual is J^T r and the reduced tangent J^T K J plus the curvature of
+the map, which acts on y alone: no row of a Dirichlet condition is left anywhere, so the same
+products serve Newton's method and eigenproblems.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
 # isort: split
 from petsc4py import PETSc
 
+from lobefem.guides import Guide, PushedNodes
 from lobefem.plates import PlateMotion, rotation
 
 __all__ = ["ConstraintMap"]
@@ -31,8 +33,9 @@ class ConstraintMap:
 
     Args:
         V: vector function space (three components).
-        motion: the plates' motion, or None.
-        rims: block indices of the nodes, owned or ghosts, of bottom and top rim.
+        motion: the plates' motion, or a guide that leads it, or None.
+        rims: block indices of the nodes, owned or ghosts, of each rigid ring: bottom rim, top rim and
+            the guide's seams.
         held: unrolled indices of held displacement components (owned or ghosts).
         values: their values [m].
 
@@ -45,7 +48,7 @@ class ConstraintMap:
     def __init__(
         self,
         V: Any,
-        motion: PlateMotion | None,
+        motion: PlateMotion | Guide | None,
         rims: tuple[npt.NDArray[np.int32], ...],
         held: npt.NDArray[np.int32],
         values: Array,
@@ -66,6 +69,7 @@ class ConstraintMap:
         mine = (held < self.owned) & free[np.minimum(held, self.owned - 1)] if self.owned else held < 0
         self._held, self._values = held[mine], values[mine]
         free[self._held] = False
+        self._push(motion.pushed if isinstance(motion, Guide) else None, free)
         self.free = np.flatnonzero(free).astype(np.int32)
         self.num_parameters = motion.size if motion is not None else 0
         self._has_parameters = self.comm.rank == self.comm.size - 1
@@ -76,6 +80,21 @@ class ConstraintMap:
         self.parameter_columns = np.arange(self.size - self.num_parameters, self.size, dtype=PETSc.IntType)
         self._jacobian: Any = None
         self._jacobian_w: Array | None = None
+
+    def _push(self, pushed: PushedNodes | None, free: npt.NDArray[np.bool_]) -> None:
+        """Take the outward component of pushed nodes out of `free`.
+
+        Where the other nodes have x, y and z these have their radial, hoop and axial components.
+        """
+        self._pushed: npt.NDArray[np.int32] = np.empty(0, dtype=np.int32)
+        self._frames, self._push_terms = np.empty((0, 3, 3)), np.empty((2, 0))
+        if pushed is None:
+            return
+        mine = pushed.nodes < self.owned // 3
+        mine[mine] = free.reshape(-1, 3)[pushed.nodes[mine]].all(axis=1)
+        self._pushed, self._frames = pushed.nodes[mine], pushed.frames[mine]
+        self._push_terms = np.stack([pushed.linear[mine], pushed.quadratic[mine]])
+        free[3 * self._pushed] = False
 
     # --- q and its plate parameters -------------------------------------------------------------
 
@@ -110,20 +129,60 @@ class ConstraintMap:
             R, _, _ = rotation(w[6 * k + 3 : 6 * k + 6])
             motion = w[6 * k : 6 * k + 3] + arms @ (R - np.eye(3)).T
             array[3 * nodes[:, None] + np.arange(3)] = motion
+        if self._pushed.size:
+            at = 3 * self._pushed[:, None] + np.arange(3)
+            s = self.motion.parameter  # type: ignore[union-attr]
+            local = array[at]
+            local[:, 0] = np.array([s, s**2]) @ self._push_terms
+            array[at] = np.einsum("nk,nkj->nj", local, self._frames)
         u.x.scatter_forward()
         return w, dw, d2w
+
+    def unknowns(self, u: Any, w: Array) -> Any:
+        """The q of a displacement that keeps to the map: the inverse of `displace`. Collective.
+
+        Args:
+            u: displacement function.
+            w: motion of the plates (12 numbers, or more with a guide's seams).
+        """
+        q = self.create_vector()
+        with q as array:
+            array[: self.free.size] = self._in_frames(u.x.array[: self.owned])[self.free]
+            if self._has_parameters and self.motion is not None:
+                array[self.free.size :] = self.motion.coordinates(w[:12])
+        return q
+
+    def _in_frames(self, r: Array) -> Array:
+        """A nodal vector with the pushed nodes' components in their frames."""
+        if not self._pushed.size:
+            return r
+        r = r.copy()
+        at = 3 * self._pushed[:, None] + np.arange(3)
+        r[at] = np.einsum("nkj,nj->nk", self._frames, r[at])
+        return r
+
+    def push_force(self, r: Array) -> float:
+        """Force conjugate to the guide's parameter on the pushed nodes [N]. Collective.
+
+        Args:
+            r: owned part of the nodal residual.
+        """
+        s = self.motion.parameter if isinstance(self.motion, Guide) else 0.0
+        rate = np.array([1.0, 2.0 * s]) @ self._push_terms
+        return float(self.comm.allreduce(float(self._in_frames(r)[3 * self._pushed] @ rate)))
 
     # --- residual -------------------------------------------------------------------------------
 
     def plate_forces(self, r: Array, w: Array) -> tuple[Array, Array]:
-        """Gradient (12,) and curvature (12, 12) in w of sum r . u(w) over the rims. Collective.
+        """Gradient and curvature in w of sum r . u(w) over the rings. Collective.
 
         Args:
             r: owned part of the nodal residual.
             w: plate parameters.
         """
-        gradient, curvature = np.zeros(12), np.zeros((12, 12))
-        sums = np.zeros((2, 3, 4))
+        n = len(w)
+        gradient, curvature = np.zeros(n), np.zeros((n, n))
+        sums = np.zeros((n // 6, 3, 4))
         for k, (nodes, arms) in enumerate(zip(self._rims, self._arms, strict=True)):
             force = r[3 * nodes[:, None] + np.arange(3)]
             sums[k, :, 0] = force.sum(axis=0)
@@ -140,7 +199,7 @@ class ConstraintMap:
     def reduce(self, r: Array, w_gradient: Array, dw: Array, out: Any) -> None:
         """Write J^T r into `out`: free components as they are, plates from the gradient in w."""
         with out as array:
-            array[: self.free.size] = r[self.free]
+            array[: self.free.size] = self._in_frames(r)[self.free]
             if self._has_parameters:
                 array[self.free.size :] = dw.T @ w_gradient
 
@@ -154,12 +213,19 @@ class ConstraintMap:
         n = self.num_parameters
         counts = np.zeros(self.owned, dtype=PETSc.IntType)
         counts[self.free] = 1
+        counts[3 * self._pushed[:, None] + np.arange(3)] = 2
         for nodes in self._rims:
             counts[3 * nodes[:, None] + np.arange(3)] = n
         rows = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
         columns = np.empty(rows[-1], dtype=PETSc.IntType)
         entries = np.ones(rows[-1])
-        columns[rows[self.free]] = self._offset + np.arange(self.free.size)
+        column = np.zeros(self.owned, dtype=PETSc.IntType)
+        column[self.free] = self._offset + np.arange(self.free.size)
+        columns[rows[self.free]] = column[self.free]
+        at = 3 * self._pushed[:, None] + np.arange(3)
+        pairs = rows[at][..., None] + np.arange(2)
+        columns[pairs] = column[at[:, 1:]][:, None, :]
+        entries[pairs] = self._frames[:, 1:].transpose(0, 2, 1)
         for k, (nodes, arms) in enumerate(zip(self._rims, self._arms, strict=True)):
             _, dR, _ = rotation(w[6 * k + 3 : 6 * k + 6])
             block = np.einsum("aij,nj->nia", dR, arms) @ dw[6 * k + 3 : 6 * k + 6]

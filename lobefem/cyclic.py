@@ -46,6 +46,8 @@ def sector_balloon(balloon: Balloon) -> Balloon:
     """
     if balloon.surface.copies != 1:
         return balloon
+    if balloon.guide is not None:
+        raise InputError(f"the balloon is under a {balloon.guide.kind}; its modes are of no single harmonic")
     if balloon.given_frame is not None:
         raise InputError("a single harmonic needs the film's own frame; leave frame out")
     return Balloon(

@@ -10,35 +10,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _dolfinx, _petsc  # noqa: F401  (the stack, before PETSc)
-
-# isort: split
-from petsc4py import PETSc
-
+from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.log import logger
 
-__all__ = ["Equilibrium", "ideal_state", "inflate", "placed_state", "require_whole"]
+__all__ = ["Equilibrium", "ideal_state", "inflate", "placed_state", "record", "require_whole"]
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
 PREFIX = "lobefem_inflate_"
-_WORDS = {
-    "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
-    "DIVERGED_MAX_IT": "too many iterations",
-    "DIVERGED_LINE_SEARCH": "line search failed",
-    "DIVERGED_LINEAR_SOLVE": "linear solve failed",
-    "DIVERGED_FNORM_NAN": "residual is not a number",
-    "DIVERGED_FUNCTION_NANORINF": "residual is not a number",
-}
-_REASONS: dict[int, str] = {
-    value: _WORDS.get(name, name.lower().replace("_", " "))
-    # the named ones last: PETSc has several names for some values
-    for name, value in sorted(vars(PETSc.SNES.ConvergedReason).items(), key=lambda item: item[0] in _WORDS)
-    if isinstance(value, int)
-}
 
 
 @dataclass(frozen=True)
@@ -62,6 +44,7 @@ class Equilibrium:
         taut_area, wrinkled_area, slack_area: reference areas [m^2].
         num_dofs: displacement components of all nodes.
         steps: pressures at which Newton's method converged on the way [Pa].
+        parameter: of the guide that leads the balloon [m or rad], 0 without one.
     """
 
     balloon: Balloon = field(repr=False)
@@ -84,6 +67,7 @@ class Equilibrium:
     slack_area: float
     num_dofs: int
     steps: tuple[float, ...] = ()
+    parameter: float = 0.0
 
     def vector(self) -> Any:
         """The unknowns q as a PETSc vector. Collective."""
@@ -94,6 +78,8 @@ class Equilibrium:
     def activate(self) -> Any:
         """Put this state's loads and displacement back into its balloon; returns q. Collective."""
         self.balloon.set_loads(self.pressure, self.prestress)
+        if self.balloon.guide is not None:
+            self.balloon.guide.parameter = self.parameter
         q = self.vector()
         self.balloon.place(q)
         return q
@@ -127,7 +113,7 @@ def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
         raise InputError("the ideal state needs a prestressed balloon; pass prestressed=True")
     balloon.set_loads(pressure, pressure)
     q = balloon.map.create_vector()
-    return _record(balloon, q, True, "held geometry", 0, ())
+    return record(balloon, q, True, "held geometry", 0, ())
 
 
 def placed_state(balloon: Balloon, displacement: Array) -> Equilibrium:
@@ -145,7 +131,7 @@ def placed_state(balloon: Balloon, displacement: Array) -> Equilibrium:
     with q as array:
         free = balloon.map.free
         array[: free.size] = displacement.reshape(-1)[free]
-    return _record(balloon, q, False, "placed", 0, ())
+    return record(balloon, q, False, "placed", 0, ())
 
 
 def inflate(
@@ -193,7 +179,7 @@ def inflate(
             "from a state on the same mesh with the same supports"
         )
     q = start.vector() if start is not None else balloon.map.create_vector()
-    solver = _Newton(balloon, q, rtol, max_iterations)
+    solver = Newton(balloon, q, rtol, max_iterations, PREFIX)
     try:
         return _step(balloon, solver, q, start, pressure, prestress, min_step, progress)
     finally:
@@ -202,7 +188,7 @@ def inflate(
 
 def _step(
     balloon: Balloon,
-    solver: _Newton,
+    solver: Newton,
     q: Any,
     start: Equilibrium | None,
     end: float,
@@ -220,14 +206,14 @@ def _step(
         balloon.set_loads(p, prestress)
         reason, count = solver.solve(q)
         iterations += count
-        say = f"inflate {p:.6g} Pa: {_REASONS[reason]} after {count} iterations, |r| = {solver.norm:.2e}"
+        say = f"inflate {p:.6g} Pa: {REASONS[reason]} after {count} iterations, |r| = {solver.norm:.2e}"
         logger.info(say)
         if progress is not None:
             progress(say)
         if reason > 0:
             visited.append(p)
             if target == 1.0:
-                return _record(balloon, q, True, _REASONS[reason], iterations, tuple(visited))
+                return record(balloon, q, True, REASONS[reason], iterations, tuple(visited))
             share, step = target, 2 * step
             q.copy(last)
             continue
@@ -237,87 +223,19 @@ def _step(
             balloon.set_loads(begin + share * (end - begin), prestress)
             state = start
             if visited:
-                state = _record(balloon, q, True, "last converged", iterations, tuple(visited))
+                state = record(balloon, q, True, "last converged", iterations, tuple(visited))
             raise ConvergenceError(
                 f"inflate stopped at {begin + share * (end - begin):.6g} Pa of {end:.6g} Pa "
-                f"({_REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
+                f"({REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
                 "prestressed film, or a start that is not flat",
                 state=state,
                 pressure=p,
                 residual=solver.norm,
-                reason=_REASONS[reason],
+                reason=REASONS[reason],
             )
 
 
-class _Newton:
-    """SNES on a balloon's reduced residual and tangent."""
-
-    def __init__(self, balloon: Balloon, q: Any, rtol: float, max_iterations: int) -> None:
-        self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
-        self._r = q.duplicate()
-        K = balloon.tangent(q)
-        self.snes = snes = PETSc.SNES().create(balloon.comm)
-        snes.setOptionsPrefix(PREFIX)
-        snes.setType(PETSc.SNES.Type.NEWTONLS)
-        snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
-        snes.setJacobian(self._tangent, K)
-        self._base: float | None = None
-        # `closed` pressure has a potential; `film` pressure has none where an edge of the film moves
-        symmetric = balloon.load.convention == "closed" or self._is_symmetric(q)
-        if symmetric or balloon.motion is not None:
-            snes.setObjective(self._objective)
-        snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
-        _petsc.set_direct_solver(snes.getKSP(), symmetric)
-        # petsc4py before 3.23 has no handle on the line search
-        with _petsc.options(PREFIX, {"snes_linesearch_type": "bt"}):
-            snes.setFromOptions()
-
-    def _is_symmetric(self, q: Any) -> bool:
-        """Whether the load stiffness is symmetric at q, by its assembled matrix at 1 Pa."""
-        balloon = self.balloon
-        loads = float(balloon.pressure.value), float(balloon.prestress.value)
-        balloon.set_loads(1.0, 0.0)
-        skew = _petsc.asymmetry(balloon.tangent(q))
-        balloon.set_loads(*loads)
-        return skew < _petsc.SYMMETRIC
-
-    def _tangent(self, snes: Any, x: Any, J: Any, P: Any) -> None:
-        self._base = None
-        self.balloon.tangent(x)
-
-    def _objective(self, snes: Any, x: Any) -> float:
-        """The energy (see `Balloon.energy`); a change within its round-off counts as none.
-
-        Newton's last steps lower the energy by less than it can resolve. Armijo's test then fails
-        by chance, where the approximate one of Hager and Zhang (2005), E <= E0 + eps, accepts.
-        """
-        if self._base is None:
-            self.balloon.freeze_plates(x)
-        energy, size = self.balloon.energy(x)
-        if self._base is None:
-            self._base = energy
-        noise = 1e-12 * size
-        return self._base if abs(energy - self._base) <= noise else energy
-
-    def solve(self, q: Any) -> tuple[int, int]:
-        """Solve from q in place; returns SNES's converged reason and iterations."""
-        scale = self.balloon.load_norm(q)
-        self.balloon.residual(q, self._r)
-        if scale == 0.0:
-            scale = self._r.norm() or 1.0
-        self.snes.setTolerances(atol=self.rtol * scale)
-        self.snes.solve(None, q)
-        self.norm = self.snes.getFunctionNorm()
-        reason: Any = self.snes.getConvergedReason()
-        return reason, self.snes.getIterationNumber()
-
-    def destroy(self) -> None:
-        """Free the PETSc objects and with them the references to the balloon."""
-        self.snes.destroy()
-        self._r.destroy()
-
-
-def _record(
+def record(
     balloon: Balloon,
     q: Any,
     converged: bool,
@@ -325,6 +243,7 @@ def _record(
     iterations: int,
     steps: tuple[float, ...],
 ) -> Equilibrium:
+    """What is measured at q under the balloon's present loads. Collective."""
     r = q.duplicate()
     balloon.residual(q, r)
     norm, scale = r.norm(), balloon.load_norm(q)
@@ -353,6 +272,7 @@ def _record(
         slack_area=slack,
         num_dofs=3 * balloon.V.dofmap.index_map.size_global,
         steps=steps,
+        parameter=balloon.guide.parameter if balloon.guide is not None else 0.0,
     )
 
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from lobefem.errors import InputError
 
-__all__ = ["SUPPORTS", "EndPlates", "PlateMotion", "rotation"]
+__all__ = ["SUPPORTS", "EndPlates", "PlateMotion", "rotation", "sinc"]
 
 Array = npt.NDArray[np.float64]
 SUPPORTS = ("clamped", "pinned", "fixed")
@@ -48,6 +48,11 @@ def _sinc_series(x: float, first: int) -> tuple[float, float, float]:
     return value, d1, d2
 
 
+def sinc(x: float) -> tuple[float, float, float]:
+    """Value of sin t/t with two derivatives in x = t^2, |t| < 2 pi."""
+    return _sinc_series(x, 1)
+
+
 def rotation(theta: Array) -> tuple[Array, Array, Array]:
     """Rotation matrix of a rotation vector with its first and second derivatives.
 
@@ -61,7 +66,7 @@ def rotation(theta: Array) -> tuple[Array, Array, Array]:
     """
     theta = np.asarray(theta, dtype=float)
     x = float(theta @ theta)
-    a, a1, a2 = _sinc_series(x, 1)
+    a, a1, a2 = sinc(x)
     b, b1, b2 = _sinc_series(x, 2)
     K = np.einsum("a,aij->ij", theta, _SKEW)
     K2 = K @ K
@@ -129,6 +134,8 @@ class PlateMotion:
     Attributes:
         size: number of free parameters y.
         names: what each of them is.
+        length, direction: of the bar at rest [m], unit vector (3,).
+        across: two unit vectors across it (2, 3), right-handed with its direction.
     """
 
     def __init__(self, plates: EndPlates, centres: Array, areas: Array) -> None:
@@ -141,7 +148,7 @@ class PlateMotion:
         across = np.cross(self.direction, helper)
         across /= np.linalg.norm(across)
         # two axes across the bar; the bar tilts about them and never spins
-        self._across = np.array([np.cross(across, self.direction), across])
+        self.across = np.array([np.cross(across, self.direction), across])
         # outward area vectors of the plates
         self.area_vectors = np.array([-areas[0], areas[1]])[:, None] * self.direction
         self.rigid_bar = plates.bar is True
@@ -155,6 +162,10 @@ class PlateMotion:
             names += tuple(f"top_{n}" for n in spin)
         self.names = names
         self.size = len(names)
+
+    def tilts(self, rotation: Array) -> Array:
+        """The two tilt parameters of a rotation vector (3,) [rad]; its spin about the axis is left out."""
+        return self.across @ np.asarray(rotation, dtype=float)
 
     @property
     def moving(self) -> bool:
@@ -170,13 +181,13 @@ class PlateMotion:
             return w, dw, d2w
         k = 0
         if self.plates.support == "pinned":
-            w[3:6] = y[:2] @ self._across
-            dw[3:6, :2] = self._across.T
+            w[3:6] = y[:2] @ self.across
+            dw[3:6, :2] = self.across.T
             k = 2
         if self.rigid_bar:
             # d_top = L (R(beta) e - e), beta across the bar: its length is kept exactly
-            R, dR, d2R = rotation(y[k : k + 2] @ self._across)
-            Q = self._across
+            R, dR, d2R = rotation(y[k : k + 2] @ self.across)
+            Q = self.across
             w[6:9] = self.length * (R @ self.direction - self.direction)
             dw[6:9, k : k + 2] = self.length * np.einsum("aij,ka,j->ik", dR, Q, self.direction)
             d2w[6:9, k : k + 2, k : k + 2] = self.length * np.einsum(
@@ -190,6 +201,20 @@ class PlateMotion:
         w[9:12] = y[k:]
         dw[9:12, k:] = np.eye(3)
         return w, dw, d2w
+
+    def coordinates(self, w: Array) -> Array:
+        """The y that comes nearest to a motion w (12,): the inverse of `evaluate` where there is one."""
+        if not self.moving:
+            return np.empty(0)
+        tilts = [self.across @ w[3:6]] if self.plates.support == "pinned" else []
+        if not self.rigid_bar:
+            return np.concatenate([*tilts, w[6:12]])
+        x = self.length * self.direction + w[6:9] - w[0:3]
+        turn = np.cross(self.direction, x)
+        sine = float(np.linalg.norm(turn))
+        angle = math.atan2(sine, float(self.direction @ x))
+        tilt = self.across @ turn * (angle / sine) if sine else np.zeros(2)
+        return np.concatenate([*tilts, tilt, w[9:12]])
 
     @property
     def volume(self) -> float:

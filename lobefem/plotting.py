@@ -17,10 +17,11 @@ from matplotlib.figure import Figure
 
 from lobefem._skin import Skin, facing, gather, normals, outline, polygons
 from lobefem._style import COLOURS, MM, STYLE, UNITS
+from lobefem.branches import Branch
 from lobefem.critical import CriticalPressure
 from lobefem.errors import InputError
 from lobefem.stability import Mode, Modes
-from lobefem.sweep import Branch
+from lobefem.tracing import CriticalPoint
 
 __all__ = ["chosen_modes", "drawn_amplitude", "eigenvalue_curves", "mode_shapes"]
 
@@ -35,7 +36,7 @@ def eigenvalue_curves(
     *,
     mass: str = "unit",
     title: str = "",
-    critical: CriticalPressure | None = None,
+    critical: CriticalPressure | CriticalPoint | None = None,
     published: float | None = None,
     width: float = 85.0,
 ) -> Figure:
@@ -44,7 +45,7 @@ def eigenvalue_curves(
     Of local modes the lowest of each harmonic is drawn in full, the others as hairlines.
 
     Args:
-        branches: from `lobefem.sweep`, over two pressures or more.
+        branches: from `lobefem.sweep` or `lobefem.branches`, over two pressures or more.
         mass: "unit" or "nodal", for the unit.
         title: over the figure.
         critical: its crossing is marked, with the harmonic and the mesh it depends on.
@@ -125,7 +126,7 @@ def _note(axes: Any, text: str, at: tuple[float, float], offset: tuple[float, fl
     )
 
 
-def _mark(axes: Any, critical: CriticalPressure, mode: Mode, low: float) -> None:
+def _mark(axes: Any, critical: CriticalPressure | CriticalPoint, mode: Mode, low: float) -> None:
     """A ring at the crossing, and a note in the corner below the zero line, which is empty."""
     where = ""
     if critical.divisions is not None:

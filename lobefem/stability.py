@@ -157,7 +157,7 @@ def find_modes(
         # a complex pair that straddles the end is kept whole
         chosen = found[: count + (found[count - 1].value.imag > 0)]
         modes = tuple(make_mode(balloon, q, p, residual(p, K, B, shift)) for p in chosen)
-        if _complete(K, B, found, count, shift) if symmetric else _paired(balloon, found, modes, shift):
+        if _complete(K, B, found, count, shift) if symmetric else _paired(state, found, modes, shift):
             break
     else:
         raise EigenError(f"SLEPc missed copies of the lowest {count} modes; try another count")
@@ -265,10 +265,10 @@ def _complete(K: Any, B: Any, pairs: list[Pair], count: int, shift: float) -> bo
     return True
 
 
-def _paired(balloon: Balloon, pairs: list[Pair], modes: tuple[Mode, ...], shift: float) -> bool:
-    """Whether each real mode of a harmonic 0 < n < N/2 of a cyclic mesh has its partner."""
-    order_of_symmetry = balloon.surface.cyclic_order
-    if order_of_symmetry is None:
+def _paired(state: Equilibrium, pairs: list[Pair], modes: tuple[Mode, ...], shift: float) -> bool:
+    """Whether each real mode of a harmonic 0 < n < N/2 of a cyclic shape has its partner."""
+    order_of_symmetry = state.balloon.surface.cyclic_order
+    if order_of_symmetry is None or not _is_cyclic(state, order_of_symmetry):
         return True
     for mode in modes[:-1]:
         if mode.value.imag or not mode.harmonic % order_of_symmetry:
@@ -277,6 +277,16 @@ def _paired(balloon: Balloon, pairs: list[Pair], modes: tuple[Mode, ...], shift:
         if len(near) < 2 and 2 * mode.harmonic % order_of_symmetry:
             return False
     return True
+
+
+def _is_cyclic(state: Equilibrium, order_of_symmetry: int) -> bool:
+    """Whether a state kept its surface's symmetry; a distorted one has simple eigenvalues. Collective."""
+    if not state.max_displacement:
+        return True
+    power = spectrum(state.balloon, state.displacement, np.zeros_like(state.displacement))
+    power[::order_of_symmetry] = 0.0
+    broken = math.sqrt(power.sum()) * state.max_displacement
+    return broken <= 1e-9 * math.sqrt(state.balloon.reference_area)
 
 
 def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float) -> Mode:

@@ -1,4 +1,4 @@
-"""Eigenvalues of the held ideal geometry over the pressure, followed as branches.
+"""Eigenvalues of the held ideal geometry over the pressure, as branches.
 
 On a cyclic mesh every harmonic is a small problem of its own (`lobefem.cyclic`), and with the geometry
 held K(p) = K_m + p K_g: so all branches of a sweep cost little more than two assemblies.
@@ -7,48 +7,24 @@ held K(p) = K_m + p K_g: so all branches of a sweep cost little more than two as
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from lobefem._banded import lowest
 from lobefem.balloon import Balloon
+from lobefem.branches import Branch
 from lobefem.chart import sector_pencil
 from lobefem.cyclic import Sector
 from lobefem.errors import InputError
 from lobefem.harmonics import kind_of
 from lobefem.sector_modes import mass_matrix
-from lobefem.stability import Modes, check_request
+from lobefem.stability import check_request
 
-__all__ = ["Branch", "branches", "follow"]
+__all__ = ["branches"]
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
-
-
-@dataclass(frozen=True)
-class Branch:
-    """One eigenvalue followed over the pressure; of a pair with equal real parts, one.
-
-    Attributes:
-        kind: "sway", "twist", "global" or "local", as of `Mode`.
-        harmonic: n.
-        rank: 0 for the lowest branch of its symmetry, and so on.
-        pressures: ascending, shape (points,) [Pa].
-        values: real parts of lambda, shape (points,) [Pa/m with unit mass, N/m with nodal mass].
-    """
-
-    kind: str
-    harmonic: int
-    rank: int
-    pressures: Array
-    values: Array
-
-    @property
-    def name(self) -> str:
-        """Such as "sway, n = 1"; "(2)" marks the second branch of a symmetry."""
-        return f"{self.kind}, n = {self.harmonic}" + (f" ({self.rank + 1})" if self.rank else "")
 
 
 def branches(
@@ -114,33 +90,3 @@ def _axisymmetric(pairs: Sequence[tuple[Complex, Complex]], p: Array, film: int)
             ranks[kind] += 1
     table = {key: np.array(points) for key, points in rows.items()}
     return [Branch(kind, 0, rank, t[:, 0], t[:, 1]) for (kind, rank), t in sorted(table.items())]
-
-
-def follow(sweep: Sequence[Modes]) -> list[Branch]:
-    """Sort the modes of any states into branches, for inflated ones and unstructured meshes.
-
-    Eigenvalues of one symmetry (harmonic; for n = 0 twist or not) do not cross when a parameter
-    changes, those of different symmetries do. So the k-th lowest of a symmetry at one pressure goes
-    on as the k-th lowest at the next.
-
-    Args:
-        sweep: the lowest modes at some pressures, in any order.
-    """
-    points: dict[tuple[int, bool, int], list[tuple[float, float, str]]] = {}
-    for modes in sorted(sweep, key=lambda m: m.state.pressure):
-        tolerance = 1e-6 * float(np.abs(modes.values).max())
-        found: dict[tuple[int, bool], list[float]] = {}
-        for mode in modes.modes:
-            symmetry = (mode.harmonic, mode.kind == "twist")
-            values, value = found.setdefault(symmetry, []), mode.value.real
-            if mode.harmonic > 0 and values and value - values[-1] < tolerance:
-                continue  # the other one of a pair
-            points.setdefault((*symmetry, len(values)), []).append((modes.state.pressure, value, mode.kind))
-            values.append(value)
-    result = []
-    for (harmonic, _, rank), rows in points.items():
-        kinds = [kind for _, _, kind in rows]
-        table = np.array([row[:2] for row in rows])
-        kind = max(sorted(set(kinds)), key=kinds.count)
-        result.append(Branch(kind, harmonic, rank, table[:, 0], table[:, 1]))
-    return sorted(result, key=lambda b: (b.kind, b.harmonic, b.rank))

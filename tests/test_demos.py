@@ -136,6 +136,71 @@ def test_verdicts_follow_the_numbers(demo, numbers):
     assert before[crossing] != after[crossing] == "agrees within 10 %"
 
 
+@pytest.fixture(scope="module")
+def paths(demo, tmp_path_factory):
+    """The demo of held and inflated states, and where it wrote to."""
+    folder = MPI.COMM_WORLD.bcast(tmp_path_factory.mktemp("paths"), root=0)
+    return load("eigenvalues").run((4, 24), (500.0, 4000.0, 16000.0), folder, around=(), count=24), folder
+
+
+def rank_zero(numbers, state, case, kind, harmonic):
+    (found,) = [
+        b
+        for b in numbers[state]["cases"][case]["branches"]
+        if (b["kind"], b["harmonic"], b["rank"]) == (kind, harmonic, 0)
+    ]
+    return found
+
+
+@pytest.mark.parametrize("state", ["held", "inflated"])
+@pytest.mark.parametrize("size", ["single", "stack"])
+def test_global_modes_of_held_and_of_inflated_lobes_rise(paths, state, size):
+    for kind, harmonic in (("sway", 1), ("twist", 0)):
+        branch = rank_zero(paths[0], state, f"{size}, fixed-wrinkles", kind, harmonic)
+        assert branch["pressures"][:2] == [500, 4000]
+        assert (np.array(branch["values"]) > 0).all()
+        assert (np.diff(branch["values"]) > 0).all()
+
+
+@pytest.mark.parametrize("size", ["single", "stack"])
+def test_inflated_wrinkled_film_crosses_near_the_held_one_and_below(paths, size):
+    held, inflated = (paths[0][s]["cases"][f"{size}, fixed-wrinkles"] for s in ("held", "inflated"))
+    assert 0.8 * held["critical_pressure"] < inflated["critical_pressure"] < held["critical_pressure"]
+    assert inflated["critical_harmonic"] == held["critical_harmonic"]
+    assert inflated["point"] == "bifurcation"
+    assert inflated["projection"] < 1e-6
+    stable, unstable = inflated["bracket"]
+    assert stable <= inflated["critical_pressure"] <= unstable
+    # the curve of that harmonic says the same
+    local = rank_zero(paths[0], "inflated", f"{size}, fixed-wrinkles", "local", held["critical_harmonic"])
+    assert local["values"][-1] < 0
+
+
+def test_isotropic_film_that_the_gas_stretches_has_no_local_mode(paths):
+    """One lobe stays stable; a stack that bulges enough goes sideways as a whole."""
+    single, stack = (paths[0]["inflated"]["cases"][f"{size}, isotropic"] for size in ("single", "stack"))
+    assert single["critical_pressure"] is None
+    assert min(min(b["values"]) for b in single["branches"]) > 0
+    assert stack["critical_harmonic"] == 1
+    assert paths[0]["held"]["cases"]["stack, isotropic"]["critical_pressure"] > 1e5
+    assert not any(b["kind"] == "local" for case in (single, stack) for b in case["branches"])
+
+
+def test_each_redrawn_figure_stands_beside_the_papers_words(paths):
+    numbers, folder = paths
+    text = (folder / "eigenvalues.md").read_text(encoding="utf-8")
+    for figure in (13, 15, 17, 19):
+        for state in ("held", "inflated"):
+            assert (folder / f"fig{figure}_{state}.png").read_bytes().startswith(b"\x89PNG")
+            assert f"](fig{figure}_{state}.png)" in text
+            for row in numbers[state]["paper"]:
+                assert row["here"] in text
+    sections = text.split("## Fig. ")[1:]
+    assert [s[:2] for s in sections] == ["13", "15", "17", "19"]
+    assert "4600 Pa" in sections[0]
+    assert "3000 Pa" in sections[2]
+
+
 def test_demo_refuses_unreadable_divisions(demo, capsys):
     with pytest.raises(SystemExit) as exit_:
         demo.main(["--divisions", "24"])
@@ -219,6 +284,22 @@ def test_form_demo_refuses_bad_divisions_in_one_sentence(forming, shared_path, c
         assert re.search(r"demo: .*divisions.*1", capsys.readouterr().err)
 
 
+def test_tip_displacement_softens_and_stays_stable(shared_path):
+    """Fig. 22's shape on a coarse stack of two: stiff at first, soft beyond, never falling."""
+    demo = load("tip_displacement")
+    numbers = demo.run([(8, 12)], 0.3, shared_path, lobes=2)
+    (found,) = numbers["curves"].values()
+    slopes = np.diff(found["reaction"]) / np.diff(found["parameter"])
+    assert (slopes > 0).all()
+    assert slopes[0] > 10 * slopes[-1]
+    assert (np.diff(found["volume"]) < 0).all()
+    assert max(found["residual"]) < 1e-7
+    if MPI.COMM_WORLD.rank == 0:
+        assert json.loads((shared_path / "tip_displacement.json").read_text())["lobes"] == 2
+        assert (shared_path / "tip_displacement.png").stat().st_size > 10_000
+        assert "N/m at first" in demo.words(numbers)[0]
+
+
 def test_readme_example_runs_as_printed(capsys):
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
@@ -231,3 +312,27 @@ def test_readme_example_runs_as_printed(capsys):
     assert modes[2].value.real == pytest.approx(11.4, abs=0.1)
     assert namespace["critical"].pressure == pytest.approx(4420, abs=1)
     assert namespace["critical"].mode.harmonic == 7
+
+
+@pytest.fixture(scope="module")
+def released(tmp_path_factory):
+    folder = MPI.COMM_WORLD.bcast(tmp_path_factory.mktemp("release"), root=0)
+    return load("release").run((4, 6), 2, 1.0, folder), folder
+
+
+def test_a_leaning_stack_returns_and_its_ledger_closes(released):
+    numbers, folder = released
+    assert numbers["outcome"] == "returned"
+    assert numbers["ledger"]["error"] < 0.01
+    assert numbers["lowest"] > 0
+    assert (folder / "release.png").stat().st_size > 20_000
+    assert json.loads((folder / "release.json").read_text(encoding="utf-8"))["outcome"] == "returned"
+
+
+def test_less_damping_takes_a_stopped_release_farther(released):
+    stopped = released[0]["stopped"]
+    assert [row["damping"] for row in stopped] == [10.0, 1.0, 0.1]
+    tops = [abs(row["top"][0]) for row in stopped]
+    assert tops[0] > 2 * tops[1] > 2 * tops[2]
+    assert stopped[0]["outcome"] == "not an equilibrium"
+    assert stopped[2]["outcome"] == "returned"

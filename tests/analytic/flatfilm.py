@@ -26,6 +26,7 @@ def film_surface(comm, points, cells):
         axis=np.array([0.0, 0.0, 1.0]),
         shape=None,
         cyclic_order=None,
+        copies=1,
         divisions=None,
         num_lobes=1,
     )

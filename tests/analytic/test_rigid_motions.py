@@ -102,7 +102,7 @@ def test_a_pinned_stack_has_two_zero_modes(comm, load, bar):
     state = inflate(balloon, PRESSURE, rtol=1e-11)
     K = balloon.tangent(state.activate())
     x = nodal(balloon) + state.displacement
-    for k, axis in enumerate(balloon.motion._across):
+    for k, axis in enumerate(balloon.motion.across):
         phi, force = balloon.map.create_vector(), balloon.map.create_vector()
         free = balloon.map.free
         with phi as array:

@@ -130,6 +130,15 @@ def test_supports_and_rigid_bar_hold_what_they_say(support, direction):
     assert np.linalg.matrix_rank(dw) == m.size
 
 
+@pytest.mark.parametrize("direction", [(0, 0, 1), (1, -2, 0.5)])
+@pytest.mark.parametrize("plates", ALL, ids=str)
+def test_parameters_are_found_again_in_the_motion(plates, direction):
+    m = motion(plates, direction)
+    y = np.random.default_rng(5).uniform(-0.8, 0.8, m.size)
+    np.testing.assert_allclose(m.coordinates(m.evaluate(y)[0]), y, rtol=0, atol=1e-14)
+    np.testing.assert_array_equal(m.coordinates(np.zeros(12)), 0)
+
+
 def test_fixed_plates_lift_along_the_axis():
     m = PlateMotion(EndPlates("fixed", lift=0.004), np.array([[0, 0, 0], [0, 0, 4.0]]), np.ones(2))
     w, dw, _ = m.evaluate(np.empty(0))

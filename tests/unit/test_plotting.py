@@ -14,10 +14,10 @@ from lobefem import (
     lobed_cylinder,
 )
 from lobefem._skin import facing, gather, normals, outline, polygons
+from lobefem.branches import follow
 from lobefem.errors import InputError
 from lobefem.plotting import _spread, eigenvalue_curves, mode_shapes
 from lobefem.rendering import render_modes
-from lobefem.sweep import follow
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,4 @@
-"""Branches over the pressure: by harmonic, and from modes."""
-
-from dataclasses import replace
+"""Branches over the pressure: by harmonic."""
 
 import numpy as np
 import pytest
@@ -18,18 +16,13 @@ from lobefem import (
     lobed_cylinder,
 )
 from lobefem.errors import InputError
-from lobefem.sweep import branches, follow
+from lobefem.sweep import branches
 
 
 def make(film=FixedWrinkles(), load="film", lobes=2, prestressed=True, **mesh):  # noqa: B008
     surface = lobed_cylinder(lobes, **({"divisions": (4, 8)} | mesh))
     parts = [GasPressure(load), Hoops(), EndPlates(bar=True)]
     return Balloon(surface, film, parts, prestressed=prestressed)
-
-
-@pytest.fixture(scope="module")
-def modes():
-    return find_modes(ideal_state(make(), 1000.0), count=6)
 
 
 @pytest.mark.parametrize("film", [FixedWrinkles(), Isotropic()])
@@ -63,35 +56,3 @@ def test_sweeps_refuse_what_has_no_branches():
         branches(make(), [2.0, 1.0])
     with pytest.raises(InputError, match="cyclic mesh"):
         branches(make(divisions=None, layout="unstructured", size=1.0), [1.0])
-
-
-def made_up(modes, pressure, rows):
-    """Modes at a pressure from (value, harmonic, kind)."""
-    mode = modes[0]
-    return replace(
-        modes,
-        state=replace(modes.state, pressure=pressure),
-        modes=tuple(replace(mode, value=complex(v), harmonic=n, kind=kind) for v, n, kind in rows),
-    )
-
-
-def test_branches_of_different_symmetry_cross(modes):
-    first = made_up(modes, 1.0, [(1, 1, "sway"), (1, 1, "sway"), (2, 0, "twist"), (3, 7, "local")])
-    second = made_up(modes, 2.0, [(0.5, 7, "local"), (2, 1, "sway"), (2, 1, "sway"), (4, 0, "twist")])
-    branches = {(b.kind, b.harmonic, b.rank): b.values.tolist() for b in follow([second, first])}
-    assert branches == {
-        ("sway", 1, 0): [1, 2],
-        ("twist", 0, 0): [2, 4],
-        ("local", 7, 0): [3, 0.5],
-    }
-
-
-def test_twist_and_other_axisymmetric_modes_are_kept_apart(modes):
-    first = made_up(modes, 1.0, [(1, 0, "twist"), (2, 0, "global"), (3, 0, "twist")])
-    second = made_up(modes, 2.0, [(1, 0, "global"), (2, 0, "twist"), (4, 0, "twist")])
-    names = {b.name: b.values.tolist() for b in follow([first, second])}
-    assert names == {
-        "twist, n = 0": [1, 2],
-        "twist, n = 0 (2)": [3, 4],
-        "global, n = 0": [2, 1],
-    }

@@ -1,0 +1,171 @@
+"""SNES as every solve here uses it: one factorisation a step, and a line search in the energy."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from lobefem import _petsc
+from lobefem.balloon import Balloon
+
+# isort: split
+from petsc4py import PETSc
+
+__all__ = ["REASONS", "EnergySearch", "Newton", "has_symmetric_load", "set_up"]
+
+_WORDS = {
+    "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
+    "DIVERGED_MAX_IT": "too many iterations",
+    "DIVERGED_LINE_SEARCH": "line search failed",
+    "DIVERGED_LINEAR_SOLVE": "linear solve failed",
+    "DIVERGED_FNORM_NAN": "residual is not a number",
+    "DIVERGED_FUNCTION_NANORINF": "residual is not a number",
+}
+REASONS: dict[int, str] = {
+    value: _WORDS.get(name, name.lower().replace("_", " "))
+    # the named ones last: PETSc has several names for some values
+    for name, value in sorted(vars(PETSc.SNES.ConvergedReason).items(), key=lambda item: item[0] in _WORDS)
+    if isinstance(value, int)
+}
+
+
+class EnergySearch:
+    """SNES's objective: the energy (see `Balloon.energy`).
+
+    A change within the energy's round-off counts as none. Newton's last steps lower the energy by less
+    than it can resolve; Armijo's test then fails by chance, where the approximate one of Hager and
+    Zhang (2005), E <= E0 + eps, accepts.
+
+    Args:
+        balloon: whose energy.
+    """
+
+    def __init__(self, balloon: Balloon) -> None:
+        self.balloon = balloon
+        self._base: float | None = None
+        self._stiffness: Any = None
+
+    def tangent(self, snes: Any, x: Any) -> Any:
+        """The balloon's tangent at x, from where a new line search starts. Collective."""
+        self._base = None
+        K = self.balloon.tangent(x)
+        self._stiffness = K.getDiagonal(self._stiffness)
+        return K
+
+    def __call__(self, snes: Any, x: Any) -> float:
+        """The objective at x. Collective."""
+        if self._base is None:
+            self.balloon.freeze_plates(x)
+        energy, size = self.balloon.energy(x)
+        if self._base is None:
+            self._base = energy
+        return self._base if abs(energy - self._base) <= 1e-12 * size else energy
+
+    def converged(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
+        """Whether the residual is below the tolerance, or below what it can resolve. Collective.
+
+        That is what the last digit of the unknowns makes of stiff hoops: one of 5e9 N/m an edge turns
+        the rounding of a displacement of 0.3 m into 1e-7 N.
+        """
+        why: Any = PETSc.SNES.ConvergedReason
+        if not math.isfinite(norms[2]):
+            # PETSc 3.24 renamed it
+            return getattr(why, "DIVERGED_FUNCTION_NANORINF", None) or why.DIVERGED_FNORM_NAN
+        floor = 0.0
+        if iteration:
+            noise = self._stiffness.duplicate()
+            noise.pointwiseMult(self._stiffness, snes.getSolution())
+            floor = np.finfo(float).eps / 2 * noise.norm()
+            noise.destroy()
+        _, atol, _, _ = snes.getTolerances()
+        return why.CONVERGED_FNORM_ABS if norms[2] <= max(atol, floor) else why.CONVERGED_ITERATING
+
+
+def has_symmetric_load(balloon: Balloon, q: Any) -> bool:
+    """Whether the load stiffness is symmetric at q, by its assembled matrix at 1 Pa. Collective.
+
+    `closed` pressure has a potential; `film` pressure has none where an edge of the film moves.
+    """
+    if balloon.load.convention == "closed":
+        return True
+    loads = float(balloon.pressure.value), float(balloon.prestress.value)
+    balloon.set_loads(1.0, 0.0)
+    skew = _petsc.asymmetry(balloon.tangent(q))
+    balloon.set_loads(*loads)
+    return skew < _petsc.SYMMETRIC
+
+
+def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = "bt") -> None:
+    """Newton's method with one factorisation a step, and with the energy search where there is one.
+
+    Args:
+        snes: with its options prefix, function and Jacobian.
+        search: its objective.
+        symmetric: whether the Jacobian is.
+        line_search: PETSc's name of it, if the user gives none.
+    """
+    snes.setType(PETSc.SNES.Type.NEWTONLS)
+    # only the plates' share of a load without potential can be frozen over a line search
+    if symmetric or search.balloon.motion is not None:
+        snes.setObjective(search)
+    snes.setConvergenceTest(search.converged)
+    _petsc.set_direct_solver(snes.getKSP(), symmetric)
+    # petsc4py before 3.23 has no handle on the line search
+    with _petsc.options(snes.getOptionsPrefix(), {"snes_linesearch_type": line_search}):
+        snes.setFromOptions()
+
+
+class Newton:
+    """SNES on a balloon's reduced residual and tangent.
+
+    Args:
+        balloon: with its loads set.
+        q: unknowns, for their size.
+        rtol: norm of the residual over that of the pressure's nodal forces.
+        max_iterations: of one solve.
+        prefix: of PETSc's options.
+        line_search: see `set_up`.
+
+    Attributes:
+        norm: of the last residual [N, N m].
+    """
+
+    def __init__(
+        self,
+        balloon: Balloon,
+        q: Any,
+        rtol: float,
+        max_iterations: int,
+        prefix: str,
+        line_search: str = "bt",
+    ) -> None:
+        self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
+        self._r = q.duplicate()
+        search = EnergySearch(balloon)
+        symmetric = has_symmetric_load(balloon, q)
+        K = balloon.tangent(q)
+        self.snes = snes = PETSc.SNES().create(balloon.comm)
+        snes.setOptionsPrefix(prefix)
+        snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
+        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x), K)
+        snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
+        set_up(snes, search, symmetric, line_search)
+
+    def solve(self, q: Any) -> tuple[int, int]:
+        """Solve from q in place; returns SNES's converged reason and iterations. Collective."""
+        scale = self.balloon.load_norm(q)
+        self.balloon.residual(q, self._r)
+        if scale == 0.0:
+            scale = self._r.norm() or 1.0
+        self.snes.setTolerances(atol=self.rtol * scale)
+        self.snes.solve(None, q)
+        self.norm = self.snes.getFunctionNorm()
+        reason: Any = self.snes.getConvergedReason()
+        return reason, self.snes.getIterationNumber()
+
+    def destroy(self) -> None:
+        """Free the PETSc objects and with them the references to the balloon."""
+        self.snes.destroy()
+        self._r.destroy()

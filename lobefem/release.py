@@ -1,0 +1,337 @@
+"""`release`: does a displaced balloon return when it is let go (paper sec. 6)?
+
+Damped motion until the forces balance, then Newton's method without damping, then the lowest
+eigenvalue of the tangent: the outcome is said on that evidence only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem.balloon import Balloon
+from lobefem.equilibrium import Equilibrium, inflate
+from lobefem.errors import ConvergenceError, InputError
+from lobefem.flow import Flow, Ledger, Record, damping_scale
+from lobefem.log import logger
+from lobefem.stability import Mode, Modes, find_modes
+
+# isort: split
+from dolfinx import fem
+
+__all__ = ["DISTORTED", "NO_EQUILIBRIUM", "RETURNED", "Moment", "Released", "release"]
+
+Array = npt.NDArray[np.float64]
+RETURNED = "returned"
+DISTORTED = "distorted and stable"
+NO_EQUILIBRIUM = "not an equilibrium"
+# shapes closer than this share of sqrt(film area) are the same
+_SAME = 1e-4
+# eigenvalues within this share of p/sqrt(film area) of zero are not positive
+_NEUTRAL = 1e-6
+
+
+class Start(Protocol):
+    """What `release` can start from: an `Equilibrium`, a `Moment`, or a state read back."""
+
+    @property
+    def balloon(self) -> Balloon: ...
+    @property
+    def pressure(self) -> float: ...
+    @property
+    def prestress(self) -> float: ...
+    def vector(self) -> Any:
+        """The unknowns q as a PETSc vector. Collective."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A balloon in motion: its loads and unknowns at one time.
+
+    Attributes:
+        balloon: the balloon whose unknowns these are.
+        pressure, prestress: as in `Equilibrium` [Pa].
+        unknowns: this rank's part of q.
+    """
+
+    balloon: Balloon = field(repr=False)
+    pressure: float
+    prestress: float
+    unknowns: Array = field(repr=False)
+
+    def vector(self) -> Any:
+        """The unknowns q as a PETSc vector. Collective."""
+        q = self.balloon.map.create_vector()
+        q.array[:] = self.unknowns
+        return q
+
+    @property
+    def displacement(self) -> Array:
+        """This rank's nodal displacements, ghosts included, (nodes, 3) [m]. Collective."""
+        u = fem.Function(self.balloon.V)
+        self.balloon.map.displace(self.vector(), u)
+        return u.x.array.reshape(-1, 3).copy()
+
+
+@dataclass(frozen=True)
+class Released:
+    """What became of a balloon that was let go.
+
+    Attributes:
+        outcome: "returned" (stable, the undistorted shape up to a rigid motion that the supports
+            allow), "distorted and stable", or "not an equilibrium" (none found without damping,
+            another than the one the damped motion ended at, or an unstable one).
+        reason: the evidence in one sentence.
+        state: the equilibrium found without damping, None without one.
+        modes: its lowest modes.
+        lowest: lowest real part of an eigenvalue, rigid motions left out [Pa/m].
+        distance: largest distance of a node from the undistorted shape, after the best rigid motion [m].
+        rotation: of that rigid motion [rad].
+        moved: largest displacement of a node between the damped motion's end and `state` [m].
+        end: why the damped motion ended.
+        damping: its c [Pa s/m].
+        history: a record of the start and of each step.
+        rejected: steps that were taken again with a smaller length.
+    """
+
+    outcome: str
+    reason: str
+    state: Equilibrium | None = field(repr=False)
+    modes: Modes | None = field(repr=False)
+    lowest: float | None
+    distance: float
+    rotation: float
+    moved: float
+    end: str
+    damping: float
+    history: tuple[Record, ...] = field(repr=False)
+    rejected: int
+
+    @property
+    def ledger(self) -> Ledger:
+        """Where the energy went in the damped motion and before."""
+        return self.history[-1].ledger
+
+
+def release(
+    start: Start,
+    *,
+    undistorted: Equilibrium | None = None,
+    damping: float = 1.0,
+    tolerance: float = 3e-4,
+    settled: float = 1e-6,
+    max_steps: int = 1000,
+    end_time: float | None = None,
+    ledger: Ledger | None = None,
+    history: Sequence[Record] = (),
+    count: int = 4,
+    on_step: Callable[[Record, Moment], None] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Released:
+    """Let a displaced balloon go, under the pressure that it has, and say where it comes to rest.
+
+    The damped motion c B dq/dt + r(q) = 0 (see `lobefem.flow`) has no inertia, so that its path does
+    not depend on c: a tenth of the damping makes it ten times as fast. What damping can do is hold a
+    balloon that has no equilibrium where it is until `end_time`, and that is found out without it.
+
+    A run that was stopped goes on from what `on_step` was last given, through the same steps:
+    `release(before, history=records)`.
+
+    Args:
+        start: loads and unknowns to start from; any temporary constraint is gone.
+        undistorted: the equilibrium to return to; by default that from the shape as designed.
+        damping: c as a multiple of `damping_scale`.
+        tolerance: of the error of a time step, root mean square over the nodes, as a share of the
+            square root of the film's area.
+        settled: residual, over the norm of the pressure's nodal forces, at which the motion ends.
+        max_steps: of the motion.
+        end_time: the motion's end [s]; by default when it has settled.
+        ledger: of the imposed distortion, to go on from.
+        history: records of the run to go on with.
+        count: modes to compute.
+        on_step: called on all ranks with each accepted step's record and the state it began at.
+        progress: called with a line of text now and then.
+
+    Raises:
+        InputError: a number out of its range, or a start without pressure.
+        EigenError: the modes could not be computed.
+
+    Collective.
+    """
+    balloon = start.balloon
+    _check(start, damping, tolerance, settled, max_steps, end_time)
+    say = progress or (lambda text: None)
+    if undistorted is None:
+        undistorted = inflate(balloon, start.pressure, prestress=start.prestress)
+    size = math.sqrt(balloon.reference_area)
+    balloon.set_loads(start.pressure, start.prestress)
+    q = start.vector()
+
+    def report(record: Record, unknowns: Array) -> None:
+        say(
+            f"release {record.time:.3g} s, step {record.number}: |r| = {record.relative_residual:.1e} of the "
+            f"load, V = {record.volume:.6g} m^3"
+        )
+        if on_step is not None:
+            on_step(record, Moment(balloon, start.pressure, start.prestress, unknowns))
+
+    c = damping * damping_scale(balloon)
+    flow = Flow(
+        balloon,
+        q,
+        damping=c,
+        tolerance=tolerance * size,
+        settled=settled,
+        ledger=ledger or Ledger(),
+        on_step=report,
+    )
+    try:
+        end = flow.run(history, max_steps, end_time)
+        records, rejected = tuple(flow.history), flow.ts.getStepRejections()
+    finally:
+        flow.destroy()
+    last = Moment(balloon, start.pressure, start.prestress, q.array_r.copy())
+    say("release: equilibrium without damping")
+    state, why = _undamped(last)
+    modes = lowest = None
+    distance = rotation = moved = math.nan
+    rest = last if state is None else state
+    distance, rotation = _distance(balloon, undistorted.displacement, rest.displacement)
+    if state is not None:
+        moved = balloon.largest(state.displacement - last.displacement)
+        say("release: lowest eigenvalues")
+        modes = find_modes(state, count + _num_rigid(balloon))
+        lowest = min((m.value.real for m in modes.modes if not _is_rigid(state, m)), default=math.inf)
+    outcome, reason = _judge(end, records[-1], why, lowest, distance, moved, size, start.pressure)
+    logger.info("release: %s (%s)", outcome, reason)
+    return Released(
+        outcome=outcome,
+        reason=reason,
+        state=state,
+        modes=modes,
+        lowest=lowest,
+        distance=distance,
+        rotation=rotation,
+        moved=moved,
+        end=end,
+        damping=c,
+        history=records,
+        rejected=rejected,
+    )
+
+
+def _check(
+    start: Start, damping: float, tolerance: float, settled: float, max_steps: int, end_time: float | None
+) -> None:
+    numbers = {"damping": damping, "tolerance": tolerance, "settled": settled, "max_steps": max_steps}
+    if end_time is not None:
+        numbers["end_time"] = end_time
+    for name, value in numbers.items():
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(f"{name} = {value} must be a positive number")
+    if not (math.isfinite(start.pressure) and start.pressure):
+        raise InputError(f"a release needs a gas pressure; the start has {start.pressure} Pa")
+
+
+def _undamped(last: Moment) -> tuple[Equilibrium | None, str]:
+    """The equilibrium at the damped motion's end by Newton's method, or why there is none. Collective."""
+    start: Any = last
+    try:
+        # one step: the pressure does not change, so that a smaller one would be the same
+        return inflate(last.balloon, last.pressure, prestress=last.prestress, start=start, min_step=1.0), ""
+    except ConvergenceError as error:
+        return None, f"{error.data['reason']}, |r| = {error.data['residual']:.1e}"
+
+
+def _judge(
+    end: str,
+    last: Record,
+    why: str,
+    lowest: float | None,
+    distance: float,
+    moved: float,
+    size: float,
+    pressure: float,
+) -> tuple[str, str]:
+    """The outcome and its evidence in a sentence."""
+    motion = f"the damped motion ended ({end}) with |r| = {last.relative_residual:.1e} of the load"
+    if lowest is None:
+        return NO_EQUILIBRIUM, f"{motion}, and without damping Newton's method found no equilibrium: {why}"
+    if moved > 10 * _SAME * size:
+        return (
+            NO_EQUILIBRIUM,
+            f"{motion}; without damping the balloon is at rest only {moved:.2g} m from there",
+        )
+    if lowest <= _NEUTRAL * abs(pressure) / size:
+        return (
+            NO_EQUILIBRIUM,
+            f"{motion}; at rest without damping, but unstable: lowest eigenvalue {lowest:.3g} Pa/m",
+        )
+    evidence = (
+        f"at rest without damping, lowest eigenvalue {lowest:.3g} Pa/m, "
+        f"{distance:.1e} m from the undistorted shape"
+    )
+    return (RETURNED if distance <= _SAME * size else DISTORTED), evidence
+
+
+# --- rigid motions ------------------------------------------------------------------------------
+
+
+def _free_to_turn(balloon: Balloon) -> bool:
+    return balloon.plates is not None and balloon.plates.support == "pinned"
+
+
+def _num_rigid(balloon: Balloon) -> int:
+    """Rigid motions that the supports leave: a pinned bottom plate's two tilts."""
+    return 2 if _free_to_turn(balloon) else 0
+
+
+def _owned(balloon: Balloon) -> tuple[Array, Array]:
+    """Reference positions (n, 3) and areas (n,) of the nodes that this rank owns."""
+    areas = balloon.nodal_areas()
+    return balloon.V.tabulate_dof_coordinates()[: len(areas)], areas
+
+
+def _distance(balloon: Balloon, from_: Array, to: Array) -> tuple[float, float]:
+    """Largest distance of a node between two shapes [m], and the turn taken out of it [rad].
+
+    Where the bottom plate can tilt about its centre the one shape is turned about that into the best fit
+    (Kabsch 1976). Collective.
+
+    Args:
+        balloon: of both.
+        from_: nodal displacements of the undistorted shape (nodes, 3).
+        to: those of the other.
+    """
+    x, areas = _owned(balloon)
+    a, b = x + from_[: len(x)], x + to[: len(x)]
+    turn = np.eye(3)
+    if _free_to_turn(balloon):
+        centre = balloon.motion.centres[0]  # type: ignore[union-attr]
+        a, b = a - centre, b - centre
+        U, _, Vt = np.linalg.svd(balloon.comm.allreduce((b * areas[:, None]).T @ a))
+        turn = U @ np.diag([1, 1, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    sine = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
+    angle = math.atan2(float(np.linalg.norm(sine)), (np.trace(turn) - 1) / 2)
+    return balloon.largest(b - a @ turn.T), angle
+
+
+def _is_rigid(state: Equilibrium, mode: Mode) -> bool:
+    """Whether a mode is a turn about the bottom plate's centre, to a thousandth. Collective."""
+    balloon = state.balloon
+    if not _free_to_turn(balloon):
+        return False
+    x, areas = _owned(balloon)
+    arm = x + state.displacement[: len(x)] - balloon.motion.centres[0]  # type: ignore[union-attr]
+    turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)]).reshape(3, -1)
+    weights = np.repeat(areas, 3)
+    v = mode.displacement[: len(x)].ravel()
+    sums = balloon.comm.allreduce(np.vstack([turns, v]) * weights @ np.vstack([turns, v]).T)
+    gram, part, whole = sums[:3, :3], sums[:3, 3], sums[3, 3]
+    rest = whole - part @ np.linalg.solve(gram, part)
+    return bool(rest <= 1e-6 * whole)

@@ -1,0 +1,436 @@
+"""Stability along a path of states: `trace` follows the modes, `critical_point` finds where it is lost.
+
+The path is the held isotensoid ("ideal") or the true equilibrium at each pressure, found from the one
+before ("inflated"). `lobefem.critical` has the ideal path's critical pressure by a linear pencil; here
+the tangent depends on the pressure in any way, and the path itself may end, at a limit point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq
+
+from lobefem import _petsc
+from lobefem.balloon import Balloon
+from lobefem.branches import Branch, follow, unclear
+from lobefem.equilibrium import Equilibrium, Progress, ideal_state, inflate
+from lobefem.errors import ConvergenceError, InputError, SolveError
+from lobefem.stability import Mode, Modes, check_request, find_modes
+
+# isort: split
+from petsc4py import PETSc
+
+__all__ = ["STATES", "CriticalPoint", "Trace", "critical_point", "trace"]
+
+Array = npt.NDArray[np.float64]
+STATES = ("ideal", "inflated")
+
+# from linear prediction to a fold u ~ sqrt(p* - p) is a factor of 2; more is another equilibrium
+_JUMP = 4.0
+# share of the load in a critical mode that makes a limit point; that of a bifurcation is round-off,
+# or a share that the mesh breaks the symmetry by
+_LIMIT_POINT = 1e-2
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Modes along a path.
+
+    Attributes:
+        state: "ideal" or "inflated".
+        modes: the lowest ones at each pressure in the path's order, each with its `state`.
+        branches: the same as curves over the pressure.
+    """
+
+    state: str
+    modes: tuple[Modes, ...] = field(repr=False)
+    branches: tuple[Branch, ...]
+
+    @property
+    def states(self) -> tuple[Equilibrium, ...]:
+        """The state at each pressure."""
+        return tuple(modes.state for modes in self.modes)
+
+    @property
+    def pressures(self) -> Array:
+        """Pressures (points,) [Pa], refined ones included."""
+        return np.array([state.pressure for state in self.states])
+
+
+@dataclass(frozen=True)
+class CriticalPoint:
+    """The first loss of stability along a path.
+
+    Attributes:
+        pressure: p [Pa]; inf where the path is stable up to the limit.
+        mode: the critical mode, computed at `state`; None without one.
+        point: "limit point" where `projection` is above 0.01, "bifurcation" else; None without one.
+        projection: share of the load f = dr/dp in the critical mode, |z.f|/(|z| |f|), z the left null
+            vector (the mode itself where the tangent is symmetric), lengths by mass: |z|^2 = z.Bz and
+            |f|^2 = f.B^-1 f. It depends neither on the mesh nor on the units of the plates' rotations.
+        state: that of the bracket's unstable end; the last one at a limit point or without any.
+        bracket: a stable pressure and one that is unstable or has no equilibrium nearby [Pa].
+        visited: (pressure [Pa], lowest real part of lambda) in the order in which they were found.
+        divisions: (along a lobe, around) of the mesh, None on an unstructured one.
+    """
+
+    pressure: float
+    mode: Mode | None
+    point: str | None
+    projection: float | None
+    state: Equilibrium = field(repr=False)
+    bracket: tuple[float, float]
+    visited: tuple[tuple[float, float], ...]
+    divisions: tuple[int, int] | None
+
+
+def trace(
+    balloon: Balloon,
+    pressures: Sequence[float],
+    *,
+    count: int = 8,
+    state: str = "ideal",
+    mass: str = "unit",
+    refinements: int = 0,
+    progress: Progress | None = None,
+) -> Trace:
+    """The lowest modes along a path of pressures, and their branches.
+
+    Args:
+        balloon: prestressed for the ideal state.
+        pressures: rising or falling [Pa].
+        count: modes at each pressure.
+        state: "ideal" or "inflated".
+        mass: "unit" or "nodal".
+        refinements: how often a step is halved in which modes mix (see `lobefem.branches.unclear`).
+        progress: called with a line of text now and then.
+
+    Raises:
+        InputError: an argument that cannot be used.
+        SolveError: no equilibrium (`ConvergenceError`) or no modes (`EigenError`); its data["trace"]
+            is the `Trace` up to there.
+
+    Collective.
+    """
+    _check_state(balloon, state)
+    check_request(balloon, count, mass)
+    p = np.asarray(pressures, dtype=float)
+    steps = np.diff(p)
+    if p.ndim != 1 or not p.size or not np.isfinite(p).all() or not ((steps > 0).all() or (steps < 0).all()):
+        raise InputError(f"pressures {list(pressures)} must be finite and rise or fall")
+    if refinements < 0:
+        raise InputError(f"refinements = {refinements} must be 0 or more")
+    found: list[Modes] = []
+
+    def at(pressure: float, start: Equilibrium | None) -> Modes:
+        held = _state(balloon, state, pressure, start, progress)
+        if progress is not None:
+            progress(f"modes at {pressure:g} Pa")
+        return find_modes(held, count, mass=mass)
+
+    def between(first: Modes, second: Modes, left: int) -> list[Modes]:
+        if not left or not unclear(first, second):
+            return []
+        middle = at((first.state.pressure + second.state.pressure) / 2, first.state)
+        return [*between(first, middle, left - 1), middle, *between(middle, second, left - 1)]
+
+    try:
+        for pressure in p:
+            modes = at(float(pressure), found[-1].state if found else None)
+            if found:
+                found += between(found[-1], modes, refinements)
+            found.append(modes)
+    except SolveError as error:
+        error.data["trace"] = Trace(state, tuple(found), tuple(follow(found)))
+        raise
+    return Trace(state, tuple(found), tuple(follow(found)))
+
+
+def critical_point(
+    balloon: Balloon,
+    *,
+    limit: float,
+    start: float = 1.0,
+    state: str = "inflated",
+    rtol: float = 1e-3,
+    growth: float = 1.3,
+    progress: Progress | None = None,
+) -> CriticalPoint:
+    """The first pressure along a path at which stability is lost.
+
+    From a stable state at `start` the pressure grows by a factor until the lowest eigenvalue (of the
+    smallest real part; its sign is proved by inertia) is negative. The zero of that mode's eigenvalue
+    is then found by Brent's method. A step that fails, or jumps far beyond the path's tangent to another
+    equilibrium, is halved. Where the smallest one fails too, the path ends: stability is lost there if
+    the square of an eigenvalue goes to zero in proportion to the pressure, as at a fold. A mesh that
+    breaks the symmetry turns a bifurcation into such an end, too, with a small `projection`, or into a
+    path that turns aside and stays stable.
+
+    Stable means positive real parts. Complex values, which only the `film` load on moving plates makes,
+    would without damping flutter even so; that is not looked for.
+
+    Args:
+        balloon: prestressed for the ideal state.
+        limit: pressure at which to give up [Pa]; of the sign of `start`, negative for pressure from
+            outside.
+        start: pressure of the first state [Pa].
+        state: "inflated" or "ideal".
+        rtol: relative width of the bracket.
+        growth: factor from pressure to pressure, above 1.
+        progress: called with a line of text now and then.
+
+    Raises:
+        InputError: an argument that cannot be used, or an unstable start.
+        ConvergenceError: the path ends although no eigenvalue goes to zero; its `state` is the last one.
+
+    Collective.
+    """
+    _check_state(balloon, state)
+    if not (math.isfinite(start) and math.isfinite(limit) and 0 < start / (limit or math.inf) < 1):
+        raise InputError(
+            f"the search from {start} Pa to {limit} Pa is impossible; both must have the same sign, and "
+            "the limit be further from 0"
+        )
+    if not growth > 1 or not 0 < rtol < 1:
+        raise InputError(f"growth = {growth} must be above 1 and rtol = {rtol} between 0 and 1")
+    path = _Path(balloon, state, rtol, progress)
+    low = path.modes(_state(balloon, state, start, None, progress))
+    if not low.stable:
+        raise InputError(
+            f"the balloon is unstable already at start = {start:g} Pa (lambda = {low[0].value.real:.3g}); "
+            "start from a lower pressure"
+        )
+    step, smooth = math.inf, True
+    while low.state.pressure != limit:
+        p = low.state.pressure
+        target = p + math.copysign(min(step, (growth - 1) * abs(p)), p)
+        target = min(target, limit, key=abs)
+        reached = path.advance(low, target)
+        if reached is None:
+            if abs(target - p) <= rtol * abs(p):
+                return path.fold(low, target)
+            step, smooth = abs(target - p) / 2, False
+            continue
+        if not reached.stable:
+            return path.crossing(low, reached)
+        # a failure may be the solver's own, of a step too long
+        low, step, smooth = reached, step * (2 if smooth else 1), True
+    p = low.state.pressure
+    return CriticalPoint(
+        math.inf, None, None, None, low.state, (p, math.inf), path.visited, balloon.surface.divisions
+    )
+
+
+class _Path:
+    """States of a balloon one after the other, with their lowest modes."""
+
+    def __init__(self, balloon: Balloon, state: str, rtol: float, progress: Progress | None) -> None:
+        self.balloon, self.state, self.rtol, self.progress = balloon, state, rtol, progress
+        self._found: list[Modes] = []
+
+    @property
+    def visited(self) -> tuple[tuple[float, float], ...]:
+        return tuple((m.state.pressure, m[0].value.real) for m in self._found)
+
+    def modes(self, state: Equilibrium) -> Modes:
+        """The lowest pair of a state. Collective."""
+        modes = find_modes(state, 2)
+        self._found.append(modes)
+        if self.progress is not None:
+            self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
+        return modes
+
+    def advance(self, low: Modes, target: float) -> Modes | None:
+        """The modes at a pressure, one step on; None if the path does not lead there. Collective."""
+        if self.state == "ideal":
+            return self.modes(ideal_state(self.balloon, target))
+        try:
+            state = inflate(self.balloon, target, start=low.state, min_step=1.0, progress=self.progress)
+        except ConvergenceError:
+            return None
+        return None if _jumped(low.state, state) else self.modes(state)
+
+    def crossing(self, low: Modes, high: Modes) -> CriticalPoint:
+        """The zero of the lowest eigenvalue between a stable and an unstable state. Collective."""
+        known = {m.state.pressure: m for m in (low, high)}
+        critical = high
+
+        def value(p: float) -> float:
+            """Of the critical branch: the lowest eigenvalue, or the critical mode's Rayleigh quotient.
+
+            Where the state is stable the lowest may be that of another branch.
+            """
+            nonlocal critical
+            if p not in known:
+                below = max((k for k, m in known.items() if m.stable), key=abs)
+                known[p] = self.modes(_state(self.balloon, self.state, p, known[below].state, self.progress))
+            modes = known[p]
+            lowest = modes[0].value.real
+            if lowest < 0:
+                critical = modes
+                return lowest
+            return max(lowest, _rayleigh(modes.state, critical[0].displacement))
+
+        a, b = low.state.pressure, high.state.pressure
+        brentq(value, a, b, xtol=1e-12 * abs(a), rtol=self.rtol / 4)
+        a = max((p for p, m in known.items() if m.stable), key=abs)
+        b = min((p for p, m in known.items() if not m.stable), key=abs)
+        # Brent's own result is one of the last bracket's ends; its secant is nearer
+        down, up = value(b), value(a)
+        return self._record(a + (b - a) * up / (up - down), known[b], known[b][0], (a, b))
+
+    def fold(self, low: Modes, end: float) -> CriticalPoint:
+        """What stability is lost by between the last state and the path's end. Collective."""
+        p, reach = low.state.pressure, 5 * self.rtol * abs(low.state.pressure)
+        before = _state(self.balloon, self.state, p * (1 - 3 * self.rtol), low.state, self.progress)
+        # the critical mode need not be the lowest one yet
+        count = min(8, self.balloon.map.size)
+        near, last = (find_modes(state, count) for state in (before, low.state))
+        found: list[tuple[float, Mode]] = []
+        for branch in follow([near, last]):
+            if len(branch.pressures) == 2:
+                first, second = (branch.values[branch.pressures == q][0] ** 2 for q in (before.pressure, p))
+                if first > second:
+                    away = second / (first - second) * (p - before.pressure)
+                    found.append((p + away, last[branch.members[-1 if p > 0 else 0][0]]))
+        found.sort(key=lambda f: abs(f[0] - p))
+        if not found or abs(found[0][0] - p) > reach:
+            raise ConvergenceError(
+                f"the path of equilibria ends near {p:.6g} Pa, but not at a limit point: the lowest "
+                f"eigenvalue was {near[0].value.real:.4g} at {before.pressure:.6g} Pa and is "
+                f"{last[0].value.real:.4g}; try slack_stiffness >= 1e-4 or a finer mesh",
+                state=low.state,
+                pressure=end,
+                reason="path of equilibria ends",
+            )
+        zero, mode = found[0]
+        return self._record(sorted((p, zero, end))[1], low, mode, (p, end))
+
+    def _record(
+        self, pressure: float, modes: Modes, mode: Mode, bracket: tuple[float, float]
+    ) -> CriticalPoint:
+        share = _load_share(modes, mode)
+        point = "limit point" if share > _LIMIT_POINT else "bifurcation"
+        divisions = self.balloon.surface.divisions
+        return CriticalPoint(pressure, mode, point, share, modes.state, bracket, self.visited, divisions)
+
+
+def _check_state(balloon: Balloon, state: str) -> None:
+    if state not in STATES:
+        raise InputError(f"state '{state}' is unknown; use 'ideal' or 'inflated'")
+    if state == "ideal" and not balloon.prestressed:
+        raise InputError("the ideal state needs a prestressed balloon; pass prestressed=True")
+
+
+def _state(
+    balloon: Balloon, kind: str, pressure: float, start: Equilibrium | None, progress: Progress | None
+) -> Equilibrium:
+    if kind == "ideal":
+        return ideal_state(balloon, pressure)
+    return inflate(balloon, pressure, start=start, progress=progress)
+
+
+def _load_rate(state: Equilibrium, q: Any) -> Any:
+    """The change dr/dp of the residual with the pressure, and the built-in stress with it. Collective."""
+    balloon, p, p0 = state.balloon, state.pressure, state.prestress
+    step = 1e-3 * abs(p)
+    share = 1.0 if balloon.prestressed else 0.0
+    rate, lower = q.duplicate(), q.duplicate()
+    for sign, r in ((1, rate), (-1, lower)):
+        balloon.set_loads(p + sign * step, p0 + sign * share * step)
+        balloon.residual(q, r)
+    rate.axpy(-1.0, lower)
+    rate.scale(1 / (2 * step))
+    balloon.set_loads(p, p0)
+    return rate
+
+
+def _factor(matrix: Any, symmetric: bool) -> Any:
+    ksp = PETSc.KSP().create(matrix.getComm())
+    ksp.setOptionsPrefix("lobefem_path_")
+    ksp.setOperators(matrix)
+    _petsc.set_direct_solver(ksp, symmetric)
+    return ksp
+
+
+def _length(balloon: Balloon, displacement: Array) -> float:
+    """Root of u . M u [m^2]. Collective."""
+    M = balloon.mass_matrix()
+    x, y = M.createVecs()
+    x.array[:] = displacement.ravel()[: x.getLocalSize()]
+    M.mult(x, y)
+    return math.sqrt(max(x.dot(y), 0.0))
+
+
+def _weighted(state: Equilibrium, q: Any, displacement: Array) -> Any:
+    """J^T M u of nodal displacements: B dq where they are u = J dq. Collective."""
+    balloon = state.balloon
+    M = balloon.mass_matrix()
+    w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
+    x, y = M.createVecs()
+    x.array[:] = displacement.ravel()[: x.getLocalSize()]
+    M.mult(x, y)
+    reduced = q.duplicate()
+    balloon.map.jacobian(w, dw).multTranspose(y, reduced)
+    return reduced
+
+
+def _rayleigh(state: Equilibrium, displacement: Array) -> float:
+    """phi.K phi/phi.B phi of nodal displacements at a state. Collective."""
+    q = state.activate()
+    B = state.balloon.mass(q)
+    inverse = _factor(B, True)
+    weighted = _weighted(state, q, displacement)
+    phi = q.duplicate()
+    inverse.solve(weighted, phi)
+    inverse.destroy()
+    B.destroy()
+    return state.balloon.second_variation(q, phi, phi) / phi.dot(weighted)
+
+
+def _jumped(before: Equilibrium, after: Equilibrium) -> bool:
+    """Whether a step went much further than the tangent K dq/dp = -dr/dp says. Collective."""
+    balloon = before.balloon
+    q = before.activate()
+    rate = _load_rate(before, q)
+    K = balloon.tangent(q)
+    ksp = _factor(K, _petsc.asymmetry(K) < _petsc.SYMMETRIC)
+    dq = q.duplicate()
+    ksp.solve(rate, dq)
+    ksp.destroy()
+    predicted = _length(balloon, balloon.displacement_of(q, dq)) * abs(after.pressure - before.pressure)
+    return _length(balloon, after.displacement - before.displacement) > _JUMP * predicted
+
+
+def _load_share(modes: Modes, mode: Mode) -> float:
+    """`CriticalPoint.projection` of a mode. Collective."""
+    state = modes.state
+    balloon = state.balloon
+    q = state.activate()
+    f = _load_rate(state, q)
+    K, B = balloon.tangent(q), balloon.mass(q)
+    ksp = _factor(K, modes.symmetric)
+    solve: Callable[[Any, Any], None] = ksp.solve if modes.symmetric else ksp.solveTranspose
+    inverse = _factor(B, True)
+    z, g = q.duplicate(), q.duplicate()
+    inverse.solve(f, g)
+    size, share = math.sqrt(f.dot(g)), 0.0
+    for part in (mode.displacement, mode.displacement_imag):
+        Bz = _weighted(state, q, part)
+        if Bz.norm() == 0.0 or size == 0.0:
+            continue
+        for _ in range(2):  # inverse iteration: K is all but singular
+            solve(Bz, z)
+            z.scale(1 / z.norm())
+            B.mult(z, Bz)
+        share = max(share, abs(z.dot(f)) / (math.sqrt(z.dot(Bz)) * size))
+    for solver in (ksp, inverse):
+        solver.destroy()
+    B.destroy()
+    return share

@@ -1,0 +1,243 @@
+"""`release` and its damped motion: where it ends, what it says, and what its ledger holds."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from states import nodes, unknowns
+
+from lobefem.balloon import Balloon
+from lobefem.cables import Hoops
+from lobefem.critical import critical_pressure
+from lobefem.equilibrium import inflate
+from lobefem.errors import InputError
+from lobefem.films import FixedWrinkles, Isotropic, TensionField
+from lobefem.flow import Ledger, damping_scale
+from lobefem.loads import GasPressure
+from lobefem.plates import EndPlates
+from lobefem.release import DISTORTED, NO_EQUILIBRIUM, RETURNED, Moment, release
+from lobefem.stability import find_modes
+from lobefem.surface import lobed_cylinder
+
+
+def stack(comm, load="closed", support="clamped", film=None, lobes=2, divisions=(4, 8), pressure=5.0):
+    """A prestressed balloon and its equilibrium."""
+    surface = lobed_cylinder(lobes, divisions, comm=comm)
+    parts = [GasPressure(load), Hoops(), EndPlates(support=support)]
+    balloon = Balloon(surface, film or TensionField(), parts, prestressed=True)
+    return balloon, inflate(balloon, pressure)
+
+
+def swayed(balloon, degrees, pressure=5.0):
+    """The whole film sheared sideways, the axis leaning by an angle, the top plate with it."""
+    motion, x = balloon.motion, nodes(balloon)
+    height = x[:, 2] - motion.centres[0][2]
+    lean = math.radians(degrees)
+    displacement = np.zeros_like(x)
+    displacement[:, 0] = math.sin(lean) * height
+    displacement[:, 2] = (math.cos(lean) - 1) * height
+    y = np.zeros(motion.size)
+    # about +y, which takes +z to +x
+    k = motion.names.index("bar_tilt_1")
+    y[k : k + 2] = motion.tilts([0, lean, 0])
+    q = unknowns(balloon, displacement, y)
+    return Moment(balloon, pressure, pressure, q.array.copy())
+
+
+@pytest.mark.parametrize("load", ["closed", "film"])
+def test_a_stable_balloon_returns(comm, load):
+    balloon, rest = stack(comm, load)
+    found = release(swayed(balloon, 1.0), undistorted=rest)
+    assert found.outcome == RETURNED
+    assert found.end == "settled"
+    assert found.state.converged
+    assert found.lowest > 0
+    assert found.lowest == pytest.approx(find_modes(rest, 1)[0].value.real, rel=1e-5)
+    assert found.distance < 1e-6
+    assert found.rotation == 0
+    assert found.moved < 1e-4
+    first, *_, last = found.history
+    assert first.number == first.time == 0
+    assert first.top[0] == pytest.approx(balloon.motion.length * math.sin(math.radians(1)), rel=1e-9)
+    assert first.middle[0] == pytest.approx(first.top[0] / 2, rel=1e-6)
+    np.testing.assert_allclose(last.top, rest.activate() and balloon._w[6:9], atol=1e-4)
+    assert last.volume == pytest.approx(rest.volume, rel=1e-9)
+    assert last.relative_residual < 1e-6 < first.relative_residual
+    assert [r.number for r in found.history] == list(range(len(found.history)))
+    assert all(b.time == pytest.approx(a.time + b.step) for a, b in pairwise(found.history))
+
+
+def test_the_ledger_closes_and_nothing_but_damping_takes_energy(comm):
+    balloon, rest = stack(comm)
+    found = release(swayed(balloon, 1.0), undistorted=rest, tolerance=2e-4)
+    ledger, first = found.ledger, found.history[0]
+    assert ledger.error < 1e-2
+    assert ledger.constraint == ledger.contact == 0
+    assert ledger.strain == pytest.approx(rest.strain_energy - first.strain_energy, rel=1e-6)
+    assert ledger.pressure == pytest.approx(5.0 * (rest.volume - first.volume), rel=1e-6)
+    # implicit Euler damps by itself: what it counts lacks a share that falls with the steps
+    assert 0.7 * ledger.damping < ledger.euler < ledger.damping
+    potential = [r.strain_energy - 5.0 * r.volume for r in found.history]
+    assert all(b < a for a, b in pairwise(potential) if a - potential[-1] > 1e-6)
+    assert all(a.ledger.damping <= b.ledger.damping for a, b in pairwise(found.history))
+
+
+def test_film_load_works_on_the_plates_centres(comm):
+    """p dV is not all the work of a `film` load: without the plates' share the ledger stays open."""
+    balloon, rest = stack(comm, "film")
+    found = release(swayed(balloon, 4.0), undistorted=rest, tolerance=2e-4)
+    assert found.ledger.error < 1e-2
+    volume = 5.0 * (found.history[-1].volume - found.history[0].volume)
+    assert abs(found.ledger.pressure - volume) > 0.0
+
+
+def test_a_pinned_balloon_returns_up_to_a_turn(comm):
+    balloon, rest = stack(comm, "film", "pinned")
+    found = release(swayed(balloon, 1.0), undistorted=rest)
+    assert found.outcome == RETURNED
+    assert found.distance < 1e-5
+    assert 1e-3 < found.rotation < math.radians(1)
+    # two turns cost nothing and are no sign of instability
+    assert len(found.modes) >= 6
+    assert np.abs(found.modes.values[:2]).max() < 1e-6 < found.lowest
+
+
+def test_damping_changes_the_time_and_nothing_else(comm):
+    """The paper's question about STABILIZE: a tenth and a hundredth of the damping."""
+    balloon, rest = stack(comm, lobes=1)
+    start = swayed(balloon, 0.5)
+    runs = [release(start, undistorted=rest, damping=c, count=1) for c in (1.0, 0.1, 0.01)]
+    assert [run.outcome for run in runs] == [RETURNED] * 3
+    for run, share in zip(runs, (1.0, 0.1, 0.01), strict=True):
+        assert run.damping == pytest.approx(share * damping_scale(balloon))
+        np.testing.assert_allclose(run.state.displacement, runs[0].state.displacement, atol=1e-9)
+        times = [r.time / share for r in run.history[:20]]
+        np.testing.assert_allclose(times, [r.time for r in runs[0].history[:20]], rtol=1e-4)
+        volumes = [r.volume for r in run.history[:20]]
+        np.testing.assert_allclose(volumes, [r.volume for r in runs[0].history[:20]], rtol=1e-9)
+
+
+def test_what_only_damping_holds_is_no_equilibrium(comm):
+    """Stopped early the balloon is still where it was put, as with too much STABILIZE."""
+    balloon, rest = stack(comm)
+    found = release(swayed(balloon, 1.0), undistorted=rest, damping=1e3, end_time=1.0, count=1)
+    assert found.end == "end of time"
+    assert found.history[-1].time == pytest.approx(1.0)
+    assert found.history[-1].top[0] > 0.1
+    assert found.outcome == NO_EQUILIBRIUM
+    assert found.moved > 0.1
+    assert "without damping" in found.reason
+
+
+def test_an_unstable_equilibrium_is_named_so(comm):
+    surface = lobed_cylinder(1, (6, 24), comm=comm)
+    balloon = Balloon(surface, FixedWrinkles(), [GasPressure(), EndPlates(support="fixed")], prestressed=True)
+    beyond = inflate(balloon, 1.5 * critical_pressure(balloon).pressure)
+    found = release(beyond, undistorted=beyond)
+    assert found.outcome == NO_EQUILIBRIUM
+    assert found.lowest < 0
+    assert "unstable" in found.reason
+    assert len(found.history) == 1  # it was at rest from the start
+
+
+def test_another_stable_shape_is_distorted(comm):
+    """Against another shape's record the same rest is a distorted one."""
+    balloon, rest = stack(comm, divisions=(4, 6))
+    other = inflate(balloon, 500.0, prestress=5.0)
+    found = release(rest, undistorted=other, count=1)
+    assert found.outcome == DISTORTED
+    assert found.distance > 1e-3
+
+
+def test_a_mode_decays_at_its_eigenvalue_over_the_damping(comm):
+    balloon, rest = stack(comm, support="fixed", film=Isotropic(), lobes=1)
+    mode = find_modes(rest, 1)[0]
+    size = 1e-5
+    q = unknowns(balloon, rest.displacement + size * mode.displacement)
+    start = Moment(balloon, 5.0, 5.0, q.array.copy())
+    B, shape = balloon.mass(q), unknowns(balloon, mode.displacement)
+    dual = shape.duplicate()
+    B.mult(shape, dual)
+    times, amplitudes, scale = [], [], dual.dot(shape)
+
+    def keep(record, before):
+        q = before.vector()
+        q.axpy(-1.0, rest.vector())
+        times.append(record.time - record.step)
+        amplitudes.append(dual.dot(q) / scale)
+
+    found = release(start, undistorted=rest, tolerance=1e-9, settled=1e-8, on_step=keep, count=1)
+    exact = size * np.exp(-mode.value.real / found.damping * np.array(times))
+    np.testing.assert_allclose(amplitudes, exact, atol=0.02 * size)
+    assert min(amplitudes) < 0.1 * size
+    energy = mode.value.real * scale * size**2 / 2
+    assert found.ledger.damping == pytest.approx(energy, rel=1e-2)
+
+
+class Killed(KeyboardInterrupt):
+    """A run that ends at any moment."""
+
+
+@pytest.mark.parametrize("steps", [0, 1, 7])
+def test_a_killed_run_goes_on_through_the_same_steps(comm, steps):
+    balloon, rest = stack(comm, "film", "pinned", divisions=(4, 6))
+    start = swayed(balloon, 0.5)
+    whole = release(start, undistorted=rest, count=1)
+    kept = []
+
+    def keep(record, before):
+        kept.append((record, before))
+        if record.number == steps:
+            raise Killed
+
+    with pytest.raises(Killed):
+        release(start, undistorted=rest, on_step=keep, count=1)
+    history, before = [record for record, _ in kept], kept[-1][1]
+    resumed = release(before, undistorted=rest, history=history, count=1)
+    assert resumed.outcome == whole.outcome
+    assert len(resumed.history) == len(whole.history)
+    np.testing.assert_allclose(resumed.state.displacement, whole.state.displacement, rtol=0, atol=1e-6)
+    assert resumed.ledger.damping == pytest.approx(whole.ledger.damping, rel=1e-6)
+    assert resumed.history[-1].iterations == whole.history[-1].iterations
+
+
+def test_ranks_agree_with_one(comm):
+    runs = []
+    for group in (comm, MPI.COMM_SELF):
+        balloon, rest = stack(group, "film", divisions=(4, 6))
+        runs.append(release(swayed(balloon, 0.5), undistorted=rest, count=1))
+    many, one = runs
+    assert many.outcome == one.outcome
+    assert many.lowest == pytest.approx(one.lowest, rel=1e-6)
+    for a, b in zip(many.history[:15], one.history[:15], strict=True):
+        assert a.volume == pytest.approx(b.volume, rel=1e-9)
+        assert a.time == pytest.approx(b.time, rel=1e-3)
+    assert many.ledger.damping == pytest.approx(one.ledger.damping, rel=1e-3)
+
+
+def test_a_ledger_tells_what_is_missing():
+    ledger = Ledger(strain=3.0, contact=1.0, pressure=-2.0, constraint=10.0, damping=3.9)
+    assert ledger.closure == pytest.approx(0.1)
+    assert ledger.error == pytest.approx(0.01)
+    assert Ledger().error == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"damping": 0.0}, "damping = 0.0 must be a positive number"),
+        ({"tolerance": -1.0}, "tolerance = -1.0"),
+        ({"settled": math.nan}, "settled = nan"),
+        ({"max_steps": 0}, "max_steps = 0"),
+        ({"end_time": 0.0}, "end_time = 0.0"),
+    ],
+)
+def test_numbers_out_of_range_are_refused(comm, change, text):
+    balloon, rest = stack(comm, divisions=(4, 6))
+    with pytest.raises(InputError, match=text):
+        release(rest, **change)
+    empty = Moment(balloon, 0.0, 0.0, rest.unknowns)
+    with pytest.raises(InputError, match="needs a gas pressure"):
+        release(empty)
