@@ -41,11 +41,13 @@ napoleon_use_ivar = True
 napoleon_use_rtype = False
 
 
-def _escape_bars(app, what, name, obj, options, lines):
-    """Docstrings are prose: |z| is an absolute value, no substitution."""
+def _as_prose(app, what, name, obj, options, lines):
+    """Docstrings are prose: |z| is no substitution, and no property's text before a colon a type."""
+    if what == "property" and lines:
+        lines[0] = lines[0].replace(": ", ", ", 1)
     lines[:] = [line.replace("|", r"\|") for line in lines]
 
 
 def setup(app):
     """Sphinx's hook."""
-    app.connect("autodoc-process-docstring", _escape_bars)
+    app.connect("autodoc-process-docstring", _as_prose, priority=400)  # before napoleon
