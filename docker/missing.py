@@ -1,7 +1,8 @@
-"""Print the requirements of pyproject.toml (with extra `dev`) that this Python does not satisfy.
+"""Print the requirements of pyproject.toml (with an extra) that this Python does not satisfy.
 
-`python missing.py CONSTRAINTS` also writes to the file CONSTRAINTS the versions of all other
-installed packages, so that installing the missing ones replaces none of them.
+`python missing.py CONSTRAINTS [EXTRA]`, EXTRA being `dev` if it is not named, also writes to the file
+CONSTRAINTS the versions of all other installed packages, so that installing the missing ones replaces
+none of them.
 """
 
 import sys
@@ -15,7 +16,8 @@ from pip._vendor.packaging.version import InvalidVersion, Version
 
 project = tomllib.loads(Path("pyproject.toml").read_text())["project"]
 missing: dict[str, Requirement] = {}
-for text in project["dependencies"] + project["optional-dependencies"]["dev"]:
+extra = sys.argv[2] if len(sys.argv) > 2 else "dev"
+for text in project["dependencies"] + project["optional-dependencies"][extra]:
     requirement = Requirement(text)
     if requirement.marker is not None and not requirement.marker.evaluate():
         continue

@@ -1,19 +1,24 @@
-"""Figures of critical pressures: by harmonic.
+"""Figures of critical pressures: by harmonic, and by mesh.
 
 Matplotlib is used through its objects: no window system is needed, no global state is touched.
 """
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from lobefem._style import COLOURS, MM, STYLE
 from lobefem.chart import HarmonicChart
+from lobefem.mesh_study import MeshStudy
 
-__all__ = ["harmonic_pressures"]
+__all__ = ["harmonic_pressures", "refinement"]
 
 
 def harmonic_pressures(chart: HarmonicChart, *, title: str = "", width: float = 85.0) -> Figure:
@@ -64,3 +69,111 @@ def harmonic_pressures(chart: HarmonicChart, *, title: str = "", width: float = 
         axes.spines[["top", "right"]].set_visible(False)
         axes.legend(frameon=False, fontsize=6, loc="best")
     return figure
+
+
+def refinement(study: MeshStudy, *, title: str = "", width: float = 85.0) -> Figure:
+    """Critical pressures against divisions around, both logarithmic: what converges and what does not.
+
+    The lowest of all harmonics, each low harmonic with its limit at the right edge, and the published
+    pressure with the divisions at which the lowest one passes it.
+
+    Args:
+        study: from `lobefem.mesh_study`.
+        title: over the figure; by default lobes and film.
+        width: of the figure [mm].
+    """
+    around = np.array(study.around)
+    lobes = "1 lobe" if study.lobes == 1 else f"{study.lobes} lobes"
+    right = 1.18 * around[-1]
+    with rc_context(STYLE):
+        figure = Figure(figsize=(width * MM, 0.85 * width * MM), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        axes.set(xscale="log", yscale="log", xlabel="divisions around", ylabel="critical pressure [Pa]")
+        ends = []
+        for n, one in study.low.items():
+            p = _drawable(one.pressures)
+            axes.plot(around, p, ".-", color="0.6", ms=2.5, lw=0.7, zorder=2)
+            if one.behaviour == "converges":
+                axes.plot(right, one.limit, "_", color="0.3", ms=5, mew=0.9, clip_on=False, zorder=3)
+            last = one.limit if one.behaviour == "converges" else p[-1]
+            if math.isfinite(last):
+                ends.append((last, f"n = {n}"))
+        lowest = _drawable(study.lowest.pressures)
+        axes.plot(around, lowest, "o-", color=COLOURS["local"], ms=3.2, lw=1.2, zorder=4)
+        axes.set_xticks(around, [str(n) for n in around])
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.set(xlim=(0.93 * around[0], right))
+        low, high = axes.get_ylim()
+        axes.set_ylim(low * (low / high) ** 0.12, high)  # room for a name below the curve
+        if high < 20 * low:
+            axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
+            axes.yaxis.set_major_formatter("{x:.0f}")
+            axes.yaxis.set_minor_locator(NullLocator())
+        _name_ends(axes, right, ends)
+        _name_lowest(axes, study, lowest)
+        if study.published is not None:
+            _place(axes, study.published, study.published_around)
+        axes.text(0.03, 0.03, "bars: limits of single harmonics", transform=axes.transAxes, fontsize=5.5)
+        axes.set_title(title or f"{lobes}, {study.film.replace('-', ' ')}", loc="left")
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+def _drawable(pressures: tuple[float, ...]) -> np.ndarray:
+    """Pressures with gaps where there is none or it is zero, for a logarithmic axis."""
+    p = np.array(pressures)
+    return np.where(np.isfinite(p) & (p > 0), p, np.nan)
+
+
+def _name_lowest(axes: Any, study: MeshStudy, lowest: np.ndarray) -> None:
+    known = np.flatnonzero(np.isfinite(lowest))
+    if not known.size:
+        return
+    words = {"falls": "no limit", "converges": "converges", "open": "undecided"}[study.lowest.behaviour]
+    axes.annotate(
+        f"lowest of all harmonics: {words}",
+        (study.around[known[-1]], lowest[known[-1]]),
+        xytext=(0, -5),
+        textcoords="offset points",
+        ha="right",
+        va="top",
+        fontsize=6.5,
+        color=COLOURS["local"],
+    )
+
+
+def _place(axes: Any, pressure: float, around: float | None) -> None:
+    """A published pressure as a line, and where the lowest critical pressure passes it."""
+    blue = COLOURS["sway"]
+    axes.axhline(pressure, color=blue, lw=0.7, ls=(0, (4, 3)), zorder=1)
+    note = f"paper: {pressure:.0f} Pa" + (f",\nreached at {around:.0f} divisions" if around else "")
+    axes.annotate(
+        note,
+        (around or axes.get_xlim()[0], pressure),
+        xytext=(0.03, 0.42),
+        textcoords="axes fraction",
+        fontsize=6.5,
+        color=blue,
+        arrowprops={"arrowstyle": "-", "lw": 0.5, "color": blue, "shrinkB": 3},
+    )
+    if around:
+        axes.plot(around, pressure, "D", ms=3.5, mfc="white", mec=blue, zorder=5)
+
+
+def _name_ends(axes: Any, right: float, ends: list[tuple[float, str]]) -> None:
+    """Names beside the limits, pushed apart where they are close."""
+    low, high = axes.get_ylim()
+    gap, placed = 0.042 * math.log(high / low), -math.inf
+    for value, name in sorted(ends):
+        placed = max(math.log(value), placed + gap)
+        axes.annotate(
+            name,
+            (right * 1.01, value),
+            xytext=(right * 1.09, math.exp(placed)),
+            va="center",
+            fontsize=6,
+            color="0.3",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.5", "shrinkA": 0, "shrinkB": 0},
+        )

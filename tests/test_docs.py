@@ -1,0 +1,85 @@
+"""Every code block of the pages runs as printed; python blocks of a page share their names."""
+
+import importlib.util
+import os
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+from mpi4py import MPI
+
+from lobefem import cli
+from lobefem.design import Design
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted(p for p in (ROOT / "docs").rglob("*.md") if not p.parts[-2].startswith("_"))
+COARSE = "6x9"
+
+
+def blocks(page, language):
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+
+
+def named(pages):
+    return [pytest.param(page, id=str(page.relative_to(ROOT / "docs"))) for page in pages]
+
+
+@pytest.fixture
+def workplace(shared_path, monkeypatch):
+    """A folder with the example designs and those that the pages write."""
+    if MPI.COMM_WORLD.rank == 0:
+        shutil.copytree(ROOT / "meshes", shared_path / "meshes")
+        for page in PAGES:
+            for text in blocks(page, "toml"):
+                name = re.match(r"# (\S+\.toml)\n", text)
+                (shared_path / name[1]).write_text(text, encoding="utf-8")
+    MPI.COMM_WORLD.Barrier()
+    monkeypatch.chdir(shared_path)
+    yield shared_path
+    MPI.COMM_WORLD.Barrier()
+
+
+@pytest.mark.parametrize("page", named(p for p in PAGES if blocks(p, "python")))
+def test_python_blocks_run(page, workplace):
+    names = {"__name__": page.stem}
+    for text in blocks(page, "python"):
+        exec(compile(text, page.name, "exec"), names)
+
+
+@pytest.mark.parametrize("page", named(p for p in PAGES if blocks(p, "sh")))
+def test_commands_run(page, workplace, capfd):
+    """On a coarse mesh, which an option at the end says; the rest is as printed."""
+    for line in "".join(blocks(page, "sh")).splitlines():
+        command, *arguments = shlex.split(line)
+        assert command == "lobefem"
+        code = cli.main([*arguments, "--divisions", COARSE])
+        assert code == 0, f"{line}\n{capfd.readouterr().err}"
+
+
+def test_design_files_of_the_pages_are_sound(workplace):
+    files = [name for name in os.listdir() if name.endswith(".toml")]
+    assert files == ["my-balloon.toml"]
+    assert Design.load(files[0]).shape.lobes == 3
+
+
+@pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="one process writes the figures")
+def test_validation_is_generated(tmp_path):
+    spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
+    generate = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generate)
+    generate.generate(tmp_path, quick=True)
+    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    wanted = {Path(name).name for name in re.findall(r"_generated/\S+?\.(?:md|png)", page)}
+    assert wanted == {path.name for path in tmp_path.iterdir()}
+    assert "| 24 x 32, linear | 590.7424 | 8.21e-03 | 1.99 |" in (tmp_path / "volumes.md").read_text()
+    assert "from n = 7 on every harmonic is unstable" in (tmp_path / "verdicts.md").read_text()
+
+
+def test_every_page_is_in_the_contents():
+    contents = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    listed = {line.strip() for block in re.findall(r"```{toctree}(.*?)```", contents, flags=re.S)
+              for line in block.splitlines()}  # fmt: skip
+    pages = {str(p.relative_to(ROOT / "docs").with_suffix("")) for p in PAGES} - {"index"}
+    assert pages <= listed
