@@ -1,4 +1,4 @@
-"""Figures of critical pressures: by harmonic, and by mesh.
+"""Figures of studies: critical pressures by harmonic and by mesh, perturbations.
 
 Matplotlib is used through its objects: no window system is needed, no global state is touched.
 """
@@ -6,6 +6,7 @@ Matplotlib is used through its objects: no window system is needed, no global st
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,11 @@ from matplotlib.ticker import LogLocator, NullLocator
 from lobefem._style import COLOURS, MM, STYLE
 from lobefem.chart import HarmonicChart
 from lobefem.mesh_study import MeshStudy
+from lobefem.perturbation import Point
 
-__all__ = ["harmonic_pressures", "refinement"]
+_LEDGER = ("#0072B2", "#009E73", "#D55E00", "#E69F00", "#B4588F", "black")  # Okabe and Ito's
+
+__all__ = ["harmonic_pressures", "perturbation", "refinement"]
 
 
 def harmonic_pressures(chart: HarmonicChart, *, title: str = "", width: float = 85.0) -> Figure:
@@ -177,3 +181,48 @@ def _name_ends(axes: Any, right: float, ends: list[tuple[float, str]]) -> None:
             annotation_clip=False,
             arrowprops={"arrowstyle": "-", "lw": 0.4, "color": "0.5", "shrinkA": 0, "shrinkB": 0},
         )
+
+
+def perturbation(history: Sequence[Point], *, unit: str, reaction_unit: str, width: float = 170.0) -> Figure:
+    """Reaction over the ramp, then volume and energies over the release (paper figs 22 and 23).
+
+    Args:
+        history: steps of a perturbation.
+        unit: of the parameter, "m" or "degrees".
+        reaction_unit: "N" or "N m".
+        width: of the figure [mm].
+    """
+    ramp = [p for p in history if p.time is None]
+    motion = [p for p in history if p.time is not None and p.time > 0]
+    factor = 180 / np.pi if unit == "degrees" else 1.0
+    with rc_context(STYLE):
+        figure = Figure(figsize=(width * MM, 0.36 * width * MM), layout="constrained")
+        FigureCanvasAgg(figure)
+        panels = figure.subplots(1, 3 if motion else 2)
+        axes = panels[0]
+        axes.plot([factor * p.parameter for p in ramp], [p.reaction for p in ramp], ".-", ms=3, lw=1.0)
+        axes.set(xlabel=f"distortion [{unit}]", ylabel=f"reaction [{reaction_unit}]", title="Ramp")
+        axes = panels[1]
+        if motion:
+            time = [p.time for p in motion]
+            axes.semilogx(time, [p.volume for p in motion], lw=1.0)
+            axes.set(xlabel="time [s]", ylabel="volume [m³]", title="Release")
+            axes = panels[2]
+            terms = {
+                "gas": [p.ledger.pressure for p in motion],
+                "constraint": [p.ledger.constraint for p in motion],
+                "strain": [-p.ledger.strain for p in motion],
+                "contact": [-p.ledger.contact for p in motion],
+                "damping": [-p.ledger.damping for p in motion],
+                "sum": [p.ledger.closure for p in motion],
+            }
+            for (name, values), colour in zip(terms.items(), _LEDGER, strict=True):
+                axes.semilogx(time, values, lw=1.6 if name == "sum" else 1.0, color=colour, label=name)
+            axes.set(xlabel="time [s]", ylabel="energy [J]", title="Ledger")
+            axes.legend(frameon=False, fontsize=6)
+        else:
+            axes.plot([factor * p.parameter for p in ramp], [p.volume for p in ramp], ".-", ms=3, lw=1.0)
+            axes.set(xlabel=f"distortion [{unit}]", ylabel="volume [m³]", title="Volume")
+        for axes in panels:
+            axes.spines[["top", "right"]].set_visible(False)
+    return figure

@@ -211,6 +211,59 @@ def harmonics(
     _run(context, lambda plan, progress: _studies().harmonics(plan, harmonics=chosen, progress=progress))
 
 
+@app.command(
+    epilog=_examples(
+        "lobefem perturb meshes/stack4.toml --film tension-field --pressure 5 --bend 7.5 --release --out run",
+        "lobefem perturb meshes/stack5.toml --film tension-field --tip-displacement 0.7 --json -",
+    )
+)
+def perturb(
+    context: typer.Context,
+    design: options.DesignFile,
+    tip_displacement: options.TipDisplacement = None,
+    bend: options.Bend = None,
+    twist: options.Twist = None,
+    wave: options.Wave = None,
+    film: options.FilmLaw = None,
+    load: options.Load = None,
+    support: options.Support = None,
+    slack_stiffness: options.Slack = None,
+    divisions: options.Divisions = None,
+    cell: options.Cell = None,
+    order: options.Order = None,
+    lobes: options.Lobes = None,
+    edge_radius: options.EdgeRadius = None,
+    pressure: options.OnePressure = None,
+    release: options.Release = False,
+    contact: options.Contact = True,
+    steps: options.Steps = "20",
+    damping: options.Damping = "1",
+    petsc: options.Petsc = None,
+    out: options.Out = None,
+    overwrite: options.Overwrite = False,
+    resume: options.Resume = False,
+    json: options.Json = None,
+) -> None:
+    """A large distortion, imposed by a ramp and released: does the balloon return?"""
+    given = {"--tip-displacement": tip_displacement, "--bend": bend, "--twist": twist, "--wave": wave}
+    chosen = [(name, text) for name, text in given.items() if text is not None]
+    if len(chosen) != 1:
+        raise InputError(f"perturb takes one distortion, not {len(chosen)}; give one of {', '.join(given)}")
+    count, factor = _integer("--steps", steps, 1), _positive("--damping", damping)
+    if resume and out is None:
+        raise InputError("--resume goes on with the run in --out; give that folder")
+    if resume and overwrite:
+        raise InputError("--resume goes on with a run and --overwrite replaces it; give one of them")
+
+    def study(plan: Design, progress: Any, folder: Any) -> Outcome:
+        return _studies().perturb(
+            plan, _distortion(*chosen[0]), let_go=release, contact=contact, steps=count,
+            damping=factor, progress=progress, folder=folder,
+        )  # fmt: skip
+
+    _run(context, study)
+
+
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
 def doctor(context: typer.Context) -> int:
     """Does this installation work, part by part; what to do about what does not. Exit code 1 if so."""
@@ -270,6 +323,38 @@ def _divisions(name: str, text: str | None) -> tuple[tuple[int, int], ...] | Non
     return tuple(pairs)
 
 
+def _positive(name: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0 < value < float("inf"):
+        raise InputError(f"{name}: {text!r} is no positive number; give one such as 0.1")
+    return value
+
+
+def _distortion(name: str, text: str) -> Any:
+    """The distortion that an option asks for."""
+    from lobefem.distortions import Bend, Tip, Twist, Wave
+    from lobefem.units import LENGTH, NUMBER
+
+    harmonic = 0
+    if name == "--wave":
+        first, _, text = text.partition(":")
+        harmonic = _integer("--wave", first, 0)
+    kind = NUMBER if name in ("--bend", "--twist") else LENGTH
+    try:
+        value = kind.read(text)
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
+    if value == 0:
+        raise InputError(f"{name}: {text!r} distorts nothing; give another number")
+    if name == "--wave":
+        return Wave(harmonic, value)
+    kinds: dict[str, Any] = {"--tip-displacement": Tip, "--bend": Bend, "--twist": Twist}
+    return kinds[name](value)
+
+
 def _integer(name: str, text: str, least: int) -> int:
     if not text.strip().isdecimal() or int(text) < least:
         raise InputError(f"{name}: {text!r} is impossible; give an integer, {least} or more")
@@ -322,8 +407,13 @@ def _petsc_options(text: str | None) -> Iterator[None]:
             database.delValue(name)
 
 
-def _run(context: typer.Context, task: Callable[[Design, Callable[[str], None] | None], Outcome]) -> None:
-    """One command from the design file to its results; raises what ends it early."""
+def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
+    """One command from the design file to its results; raises what ends it early.
+
+    Args:
+        context: of the command line.
+        task: (design, progress) -> what it found; one whose steps are kept takes the run folder, too.
+    """
     given, ranks = context.params, context.obj
     to_stdout = given["json"] == "-"
     with stdout_to_stderr(to_stdout), progress_line(ranks) as progress:
@@ -337,15 +427,19 @@ def _run(context: typer.Context, task: Callable[[Design, Callable[[str], None] |
         design = _overridden(given, comm)
         folder = None
         if given["out"] is not None:
-            folder = storage.RunFolder(given["out"], comm, overwrite=given["overwrite"])
+            folder = storage.RunFolder(
+                given["out"], comm, overwrite=given["overwrite"], resume=given.get("resume", False)
+            )
         if given["json"] and not to_stdout:
             _files.check_file(given["json"], comm)
         with folder or nullcontext():
             try:
                 with _petsc_options(given.get("petsc")):
-                    outcome = task(design, progress)
+                    arguments = (design, progress, folder) if "resume" in given else (design, progress)
+                    outcome = task(*arguments)
             except KeyboardInterrupt:
-                raise _Interrupted from None
+                on = f"; go on with --resume --out {folder.path}" if folder and "resume" in given else ""
+                raise _Interrupted(on) from None
             outcome.results["versions"] = provenance(comm)
             if folder is not None:
                 folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
@@ -382,8 +476,8 @@ def main(arguments: list[str] | None = None) -> int:
         code = app(given or ["--help"], prog_name="lobefem", standalone_mode=False, obj=ranks)
     except LobefemError as error:
         return ranks.end(error.exit_code, f"lobefem: {error}")
-    except (_Interrupted, KeyboardInterrupt):
-        return ranks.end(130, "lobefem: interrupted", patience=1.0)
+    except (_Interrupted, KeyboardInterrupt) as error:
+        return ranks.end(130, f"lobefem: interrupted{error}", patience=1.0)
     except BrokenPipeError:  # the reader of stdout, `head` say, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         return ranks.end(141)

@@ -112,6 +112,7 @@ def show(results: dict[str, Any]) -> None:
         "critical": _critical_table,
         "harmonics": _harmonics_table,
         "mesh-study": _study_table,
+        "perturb": _perturb_table,
     }
     console.print(_caption(results))
     console.print(table[results["command"]](results))
@@ -125,6 +126,9 @@ def _caption(results: dict[str, Any]) -> str:
         title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
     elif results["command"] == "harmonics":
         title = "Critical pressure of each harmonic, ideal state"
+    elif results["command"] == "perturb":
+        title = f"{results['distortion']} of {results['parameter']:g} {results['unit']}".capitalize()
+        title += f" at {results['pressure']:g} Pa, {results['outcome']}"
     elif results["command"] == "mesh-study":
         title = "Critical pressures under refinement, ideal state"
     else:
@@ -243,3 +247,28 @@ def show_findings(findings: Sequence[Any]) -> None:
         console.print(finding.found, markup=False)
         if finding.advice:
             console.print(f"{'':21}-> {finding.advice}", markup=False)
+
+
+def _perturb_table(results: dict[str, Any]) -> Any:
+    table = _table("", "value", "")
+    table.columns[1].justify = "right"
+    energy = results["energy"]
+    rows = [
+        ("volume, original", results["volume_original"], "m^3"),
+        ("volume, imposed", results["volume_imposed"], f"m^3, {results['imposed_ratio']:.5f} of it"),
+        ("volume, final", results["volume_final"], "m^3"),
+        ("reaction at the end of the ramp", results["reaction"], results["reaction_unit"]),
+        ("first contact", results["first_contact"], results["unit"]),
+        ("smallest gap", results["smallest_gap"], "m"),
+        ("lowest eigenvalue", results["min_eigenvalue"], "Pa/m"),
+        ("residual of the load", results["residual"], ""),
+        ("work of the constraint", energy["constraint"], "J"),
+        ("work of the gas", energy["pressure"], "J"),
+        ("gain in strain energy", energy["strain"], "J"),
+        ("contact energy", energy["contact"], "J"),
+        ("taken by damping", energy["damping"], "J"),
+        ("not accounted for", energy["closure"], f"J, {100 * energy['error']:.2g} %"),
+    ]
+    for name, value, unit in rows:
+        table.add_row(name, "none" if value is None else f"{value:.6g}", unit)
+    return table

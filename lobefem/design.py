@@ -213,15 +213,17 @@ class Design(Section):
             lobe = Isotensoid.from_edge_radius(shape.edge_radius, shape.truncation)
         return lobed_cylinder(shape.lobes, shape=lobe, **how)
 
-    def balloon(self, surface: Surface, *, prestressed: bool | None = None) -> Balloon:
+    def balloon(self, surface: Surface, *, prestressed: bool | None = None, contact: bool = False) -> Balloon:
         """Film, load, hoops and plates on a surface. Collective.
 
         Args:
             surface: from `surface`.
             prestressed: whether the isotensoid's stress is built in (default: as designed).
+            contact: whether film and plates touch each other rather than pass through.
         """
         from lobefem.balloon import Balloon
         from lobefem.cables import Hoops as Seams
+        from lobefem.contact import SelfContact
         from lobefem.films import FILMS
         from lobefem.loads import GasPressure
         from lobefem.plates import EndPlates
@@ -234,6 +236,8 @@ class Design(Section):
         if self.hoops.enabled:
             parts.append(Seams(EA=self.hoops.EA))
         parts.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
+        if contact:
+            parts.append(SelfContact())
         built_in = bool(film.prestress) if prestressed is None else prestressed
         return Balloon(
             surface,

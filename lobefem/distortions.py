@@ -302,6 +302,7 @@ def distort(
     *,
     begin: float | None = None,
     steps: int = 10,
+    first: float = 1.0,
     rtol: float = 1e-8,
     max_iterations: int = 30,
     min_step: float = 1e-4,
@@ -321,6 +322,8 @@ def distort(
         begin: the parameter at which the start is, where it cannot say so itself: a state of the free
             balloon read from a file (see `release_start`).
         steps: increments of the whole ramp, if none fails.
+        first: size of the first increment as a share of the others. A pressurised stack resists most
+            at first.
         rtol: norm of the residual over that of the pressure's nodal forces.
         max_iterations: Newton iterations of one increment.
         min_step: smallest increment, as a share of the ramp.
@@ -340,7 +343,7 @@ def distort(
     q = _transfer(start, balloon, s)
     newton = Newton(balloon, q, rtol, max_iterations, PREFIX, "basic")
     try:
-        return _ramp(newton, q, start, distortion, s, steps, min_step, on_step, progress)
+        return _ramp(newton, q, start, distortion, s, steps, first, min_step, on_step, progress)
     finally:
         newton.destroy()
 
@@ -377,6 +380,7 @@ def _ramp(
     distortion: Distortion,
     begin: float,
     steps: int,
+    first: float,
     min_step: float,
     on_step: OnStep | None,
     progress: Progress | None,
@@ -386,7 +390,7 @@ def _ramp(
     found: list[tuple[float, Any]] = []  # parameter and q of the last two equilibria
     state, span = start, distortion.parameter - begin
     # the start itself comes first: the constraint may move it a little
-    share, step, target, passed = 0.0, 1 / steps, 0.0, 0  # passed: increments since one failed
+    share, step, target, passed = 0.0, first / steps, 0.0, 0  # passed: increments since one failed
     while True:
         if target > share:
             _predict(newton, q, found, begin + target * span)

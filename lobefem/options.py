@@ -10,8 +10,11 @@ import typer
 __all__ = [
     "KEYS",
     "NAMES",
+    "Bend",
     "Cell",
+    "Contact",
     "Count",
+    "Damping",
     "DesignFile",
     "Divisions",
     "EdgeRadius",
@@ -33,9 +36,15 @@ __all__ = [
     "Petsc",
     "Pressures",
     "Prestress",
+    "Release",
+    "Resume",
     "Slack",
     "State",
+    "Steps",
     "Support",
+    "TipDisplacement",
+    "Twist",
+    "Wave",
 ]
 
 # which key of the design an option overrides
@@ -105,6 +114,31 @@ Harmonics = Annotated[
     _option("--harmonics", "LIST", "These harmonics only, from one sector: 3, 0:8 or 2,5,7.", _RUN),
 ]
 Harmonic = Annotated[Text, _option("--harmonic", "N", "Modes of this harmonic only.", _RUN)]
+TipDisplacement = Annotated[
+    Text, _option("--tip-displacement", "D", "Push the top sideways, 0.7 or '70 cm'.", "The distortion")
+]
+Bend = Annotated[
+    Text, _option("--bend", "PSI", "Bend the axis to an arc of half-angle PSI degrees.", "The distortion")
+]
+Twist = Annotated[Text, _option("--twist", "ANGLE", "Turn the top plate, degrees.", "The distortion")]
+Wave = Annotated[
+    Text,
+    _option("--wave", "N:A", "Waves of the equators, harmonic and amplitude, 2:0.1.", "The distortion"),
+]
+Release = Annotated[
+    bool,
+    typer.Option("--release/--no-release", help="Let go at the end of the ramp.", rich_help_panel=_RUN),
+]
+Contact = Annotated[
+    bool,
+    typer.Option("--contact/--no-contact", help="Film and plates touch each other.", rich_help_panel=_RUN),
+]
+Steps = Annotated[str, _option("--steps", "K", "Increments of the ramp, 20 by default.", _RUN)]
+Damping = Annotated[str, _option("--damping", "C", "Of the release, 1 by default; try 0.1.", _RUN)]
+Resume = Annotated[
+    bool,
+    typer.Option("--resume", help="Go on with the run in --out.", rich_help_panel=_OUTPUT),
+]
 Limit = Annotated[
     Text, _option("--limit", "P", "Where a search along inflated states ends, 20 kPa by default.", _RUN)
 ]

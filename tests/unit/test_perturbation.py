@@ -1,0 +1,207 @@
+"""Perturbations from the pressurised balloon to its rest, and runs that were stopped."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from lobefem import cli
+from lobefem.balloon import Balloon
+from lobefem.cables import Hoops
+from lobefem.contact import SelfContact
+from lobefem.distortions import Bend, Tip
+from lobefem.errors import InputError
+from lobefem.films import TensionField
+from lobefem.loads import GasPressure
+from lobefem.perturbation import perturb
+from lobefem.plates import EndPlates
+from lobefem.states import load_state, save_state
+from lobefem.surface import lobed_cylinder
+
+MESHES = Path(__file__).parents[2] / "meshes"
+STACK = [
+    "perturb", str(MESHES / "stack4.toml"), "--film", "tension-field", "--pressure", "5",
+    "--divisions", "6x8", "--lobes", "2", "--load", "closed",
+]  # fmt: skip
+
+alone = pytest.mark.skipif(
+    MPI.COMM_WORLD.size > 1, reason="starts processes, which ranks of an MPI run must not"
+)
+
+
+def stack(load="closed", support="pinned", contact=False, lobes=2, divisions=(6, 8)):
+    parts = [GasPressure(load), Hoops(), EndPlates(support=support)]
+    parts += [SelfContact()] if contact else []
+    return Balloon(lobed_cylinder(lobes, divisions), TensionField(), parts, prestressed=True)
+
+
+@pytest.mark.parametrize(("load", "support"), [("closed", "pinned"), ("film", "clamped")])
+def test_a_bent_stack_returns_and_its_ledger_closes(load, support):
+    found = perturb(stack(load, support, contact=True), 5.0, Bend(6.0), let_go=True, steps=12)
+    assert found.released.outcome == "returned"
+    assert found.released.state.volume == pytest.approx(found.original.volume, rel=1e-8)
+    assert found.ramp[-1].volume < 0.99 * found.original.volume
+    assert found.first_contact is None
+    assert min(p.gap for p in found.history) > 0
+    times = [p.time for p in found.history if p.time is not None]
+    assert times == sorted(times)
+    end = found.history[-1].ledger
+    assert end.error < 0.01
+    assert end.constraint > 0
+    if load == "closed":  # all that was put in; `film` load works on the tilting plates, too
+        assert end.damping == pytest.approx(end.constraint, rel=0.02)
+
+
+class Stopped(Exception):  # noqa: N818  no error
+    """What ends a run early."""
+
+
+@pytest.mark.parametrize("stop", [2, 5, 12, 20])
+def test_a_stopped_study_goes_on_and_ends_alike(comm, shared_path, stop):
+    whole = perturb(stack(), 5.0, Bend(6.0), let_go=True, steps=4)
+    file, count = shared_path / "kept.npz", 0
+
+    def keep(state, notes):
+        nonlocal count
+        save_state(file, state, notes)
+        count += 1
+        if count == stop:
+            raise Stopped
+
+    with pytest.raises(Stopped):
+        perturb(stack(), 5.0, Bend(6.0), let_go=True, steps=4, keep=keep)
+    balloon = stack()
+    resume = load_state(file, balloon)
+    assert resume.notes["phase"] == ("ramp" if stop < 8 else "release")
+    again = perturb(balloon, 5.0, Bend(6.0), let_go=True, steps=4, resume=resume)
+    assert again.released.outcome == whole.released.outcome
+    assert (
+        np.abs(again.released.state.displacement - whole.released.state.displacement).max(initial=0.0) < 1e-6
+    )
+    assert again.history[-1].ledger.error < 0.05
+    numbers = [p.time for p in again.history if p.time is not None]
+    assert len(set(numbers)) == len(numbers)  # no step is there twice
+
+
+def test_only_the_same_study_goes_on(shared_path):
+    file = shared_path / "kept.npz"
+    balloon = stack()
+
+    def keep(state, notes):
+        save_state(file, state, notes)
+        raise Stopped
+
+    with pytest.raises(Stopped):
+        perturb(balloon, 5.0, Tip(0.1), steps=4, keep=keep)
+    resume = load_state(file, balloon)
+    with pytest.raises(InputError, match=r"another study, distortion = Tip\(displacement=0.1\)"):
+        perturb(balloon, 5.0, Tip(0.2), steps=4, resume=resume)
+
+
+def test_the_command(capfd, shared_path, comm):
+    folder = shared_path / "run"
+    code = cli.main([*STACK, "--bend", "4", "--steps", "6", "--release", "--out", str(folder), "--json", "-"])
+    printed = comm.bcast(capfd.readouterr().out, root=0)
+    results = json.loads(printed)
+    assert code == 0
+    assert results["outcome"] == "returned"
+    assert results["volume_final"] == pytest.approx(results["volume_original"], rel=1e-8)
+    assert results["volume_imposed"] < results["volume_original"]
+    assert results["min_eigenvalue"] > 0
+    assert results["residual"] < 1e-7
+    assert results["first_contact"] is None
+    ramp = [row for row in results["history"] if row["time"] is None]
+    assert ramp[-1]["parameter"] == pytest.approx(4.0)
+    assert [row["reaction"] for row in results["history"] if row["time"]][-1] == 0
+    assert set(results["energy"]) >= {"pressure", "strain", "contact", "damping", "constraint", "closure"}
+    if comm.rank == 0:
+        assert (folder / "history.png").stat().st_size > 20_000
+        assert (folder / "checkpoint.npz").exists()
+    # a run that is complete goes on to the same end at once
+    code = cli.main(
+        [*STACK, "--bend", "4", "--steps", "6", "--release", "--out", str(folder), "--resume", "--json", "-"]
+    )
+    again = json.loads(comm.bcast(capfd.readouterr().out, root=0))
+    assert code == 0
+    assert again["volume_final"] == pytest.approx(results["volume_final"], rel=1e-9)
+    assert again["volume_imposed"] == results["volume_imposed"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "perturb takes one distortion, not 0; give one of --tip-displacement"),
+        (("--bend", "5", "--twist", "3"), "perturb takes one distortion, not 2"),
+        (("--bend", "x"), "--bend: 'x' is not a"),
+        (("--bend", "95"), "half-angle is 95"),
+        (("--wave", "2"), "--wave: '' is not a length"),
+        (("--wave", "x:0.1"), "--wave: 'x' is impossible; give an integer"),
+        (("--tip-displacement", "0"), "distorts nothing"),
+        (("--tip-displacement", "0.1", "--damping", "0"), "--damping: '0' is no positive number"),
+        (("--bend", "5", "--resume"), "--resume goes on with the run in --out"),
+    ],
+)
+def test_bad_input_gets_one_sentence(capfd, comm, arguments, message):
+    assert cli.main([*STACK, *arguments]) == 2
+    words = comm.bcast(capfd.readouterr().err, root=0)
+    assert message in words
+    assert words.count("\n") == 1
+
+
+@alone
+def test_a_run_killed_at_random_times_goes_on_and_ends_alike(tmp_path):
+    """kill -9 at twenty random times; each run goes on from its last accepted step.
+
+    Two chains of runs side by side, each killed ten times.
+    """
+    root = Path(__file__).parents[2]
+    environment = os.environ | {"PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
+    study = [*STACK, "--divisions", "4x6", "--bend", "2", "--steps", "2", "--release", "--no-contact"]
+
+    def start(folder):
+        command = [sys.executable, "-m", "lobefem.cli", *study, "--out", str(folder)]
+        command += ["--resume"] if (folder / "design.toml").exists() else []
+        return subprocess.Popen(
+            command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+
+    begin = time.monotonic()
+    assert start(tmp_path / "whole").wait(300) == 0
+    duration = time.monotonic() - begin
+    whole = json.loads((tmp_path / "whole" / "results.json").read_text())
+
+    def chain(name, seed):
+        """Kill runs ten times; each that gets through makes way for a new one. The folders of all."""
+        rng = np.random.default_rng(seed)
+        folders = [tmp_path / name]
+        kills = 0
+        while kills < 10:
+            run = start(folders[-1])
+            try:
+                run.wait(rng.uniform(0.4, 1.0) * duration)
+            except subprocess.TimeoutExpired:
+                run.send_signal(signal.SIGKILL)
+                run.wait()
+                kills += 1
+            else:
+                assert run.returncode == 0
+                folders.append(tmp_path / f"{name}-{kills}")
+        assert start(folders[-1]).wait(300) == 0
+        return folders
+
+    with ThreadPoolExecutor(2) as pool:
+        folders = [f for found in pool.map(chain, ("one", "two"), (1, 2)) for f in found]
+    expected = np.load(tmp_path / "whole" / "state.npz")["displacement"]
+    for folder in folders:
+        results = json.loads((folder / "results.json").read_text())
+        assert results["outcome"] == whole["outcome"]
+        assert results["volume_final"] == pytest.approx(whole["volume_final"], rel=1e-9)
+        assert np.abs(np.load(folder / "state.npz")["displacement"] - expected).max() < 1e-6
