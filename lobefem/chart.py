@@ -20,6 +20,7 @@ from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector, as_scipy, own_pairs
 from lobefem.errors import EigenError, InputError, LobefemError
 from lobefem.harmonics import kind_of
+from lobefem.pencil import held_pencil
 
 # isort: split
 from mpi4py import MPI
@@ -164,7 +165,7 @@ def solve_harmonics(
 def sector_pencil(sector: Sector, at: tuple[float, float] = LINEAR) -> tuple[Any, Any, Any]:
     """K_m, K_g and the mass of the sector's film and its share of the plates, as SciPy matrices."""
     balloon = sector.balloon
-    K_m, K_g = balloon.held_pencil(*at)
+    K_m, K_g = held_pencil(balloon, *at)
     return as_scipy(K_m), as_scipy(K_g), as_scipy(balloon.mass(balloon.map.create_vector()))
 
 

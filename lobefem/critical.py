@@ -19,6 +19,7 @@ from lobefem.cyclic import Sector
 from lobefem.eigenpairs import Pair, distinct, order, residual, run, solver
 from lobefem.equilibrium import require_whole
 from lobefem.errors import EigenError, InputError
+from lobefem.pencil import held_pencil
 from lobefem.stability import Mode, check_request, make_mode
 
 # isort: split
@@ -113,7 +114,7 @@ def _sector(balloon: Balloon, harmonic: int | None) -> Sector | None:
 
 def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> CriticalPressure:
     q = balloon.map.create_vector()
-    K_m, K_g = balloon.held_pencil(*at)
+    K_m, K_g = held_pencil(balloon, *at)
     M, plates = balloon.mass(q), balloon.map.num_parameters
     divisions = balloon.surface.divisions
     symmetric = _petsc.asymmetry(K_g) < _petsc.SYMMETRIC
