@@ -229,7 +229,8 @@ class HeldPencil:
         values, vectors = self._own(lambda k: most_negative(self.K_g, K_0, solve, k), count)
         keep = values < -1 / (self.limit - p0)
         if not keep.any():
-            if self._sector.columns > 1:
+            # it lies beyond the limit, or is of another harmonic that the sector cannot tell apart
+            if values[0] < 0 or self._sector.columns > 1:
                 return OneHarmonic((math.inf,), None, math.nan)
             raise EigenError(f"no critical pressure found near {p0:.6g} Pa, where one was proved to be")
         pressures = tuple(float(p) for p in p0 - 1 / values[keep])
@@ -240,6 +241,8 @@ class HeldPencil:
         if p0 in (0.0, math.inf):
             return OneHarmonic((p0,), None, math.nan)
         p: float = scipy.optimize.brentq(lambda p: self._lowest(p)[0], p0, 1.1 * p0, rtol=1e-12)
+        if p > self.limit:
+            return OneHarmonic((math.inf,), None, math.nan)
         return self._record((p,), self._lowest(p)[1])
 
     def _record(self, pressures: tuple[float, ...], x: Complex) -> OneHarmonic:
@@ -287,4 +290,4 @@ def stable_below(stable: Callable[[float], bool], limit: float, hint: float | No
     while high > 1.1 * low:
         middle = math.sqrt(low * high)
         low, high = (middle, high) if stable(middle) else (low, middle)
-    return low
+    return low if low < limit else math.inf
