@@ -39,6 +39,7 @@ from lobefem import (
 )
 from lobefem.errors import LobefemError
 from lobefem.films import Film
+from lobefem.measures import true_resultants
 from lobefem.storage import save_json
 
 PRESSURE = 5.0  # [Pa]
@@ -65,7 +66,7 @@ def along_the_meridian(state: Equilibrium) -> dict[str, list[float]]:
     shape, rings = surface.shape, surface.divisions[0]
     owned = balloon.mesh.topology.index_map(2).size_local
     state.activate()
-    N = balloon.true_resultants().x.array.reshape(-1, 3)[:owned]
+    N = true_resultants(balloon).x.array.reshape(-1, 3)[:owned]
     x = balloon.V.tabulate_dof_coordinates()[balloon.V.dofmap.list[:owned]].mean(axis=1)
     x, N = (np.concatenate(balloon.comm.allgather(part)) for part in (x, N))
     stations = shape.stations(rings)

@@ -24,7 +24,7 @@ _HOME = {
     "FormedLobe": "formed",
     "GasPressure": "loads",
     "HarmonicChart": "chart",
-    "Held": "balloon",
+    "Held": "parts",
     "Hoops": "cables",
     "IMP": "imp",
     "Isotensoid": "isotensoid",
@@ -51,7 +51,7 @@ _HOME = {
 __all__ = [*_HOME, "__version__"]
 
 if TYPE_CHECKING:
-    from lobefem.balloon import Balloon, Held
+    from lobefem.balloon import Balloon
     from lobefem.cables import Cords, Hoops
     from lobefem.chart import HarmonicChart, harmonic_chart
     from lobefem.critical import CriticalPressure, critical_pressure
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from lobefem.imp import IMP, PrescribedPath
     from lobefem.isotensoid import Isotensoid
     from lobefem.loads import GasPressure
+    from lobefem.parts import Held
     from lobefem.plates import EndPlates, PlateLoad
     from lobefem.stability import Modes, find_modes
     from lobefem.surface import Surface, cylinder, lobed_cylinder

@@ -18,6 +18,7 @@ __all__ = [
     "EnergySearch",
     "Newton",
     "follow_pattern",
+    "free_share",
     "has_symmetric_load",
     "keep_apart",
     "set_up",
@@ -134,7 +135,7 @@ def keep_apart(snes: Any, balloon: Balloon, residual: Any, downhill: bool) -> No
         uphill = downhill and residual.dot(step) < 0
         if not uphill:
             step.scale(-1.0)
-        share = balloon.free_share(x, step)
+        share = free_share(balloon, x, step)
         step.scale(-share)
         return uphill or share < 1
 
@@ -214,3 +215,19 @@ class Newton:
         """Free the PETSc objects and with them the references to the balloon."""
         self.snes.destroy()
         self._r.destroy()
+
+
+def free_share(balloon: Balloon, q: Any, step: Any) -> float:
+    """Share (0, 1] of a step from q that the film can go without touching itself. Collective.
+
+    Nodes are taken to move straight; on a plate that turns they do so to first order.
+    """
+    if balloon.contact is None:
+        return 1.0
+    end = q.copy()
+    end.axpy(1.0, step)
+    balloon.place(end)
+    end.destroy()
+    there = balloon.u.x.array.copy()
+    balloon.place(q)
+    return balloon.contact.free_share(balloon.u, there)

@@ -20,6 +20,7 @@ from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector, as_scipy, own_pairs
 from lobefem.errors import EigenError, InputError, LobefemError
 from lobefem.harmonics import kind_of
+from lobefem.pencil import held_pencil
 
 # isort: split
 from mpi4py import MPI
@@ -166,7 +167,7 @@ def solve_harmonics(
 def sector_pencil(sector: Sector, at: tuple[float, float] = LINEAR) -> tuple[Any, Any, Any]:
     """K_m, K_g and the mass of the sector's film and its share of the plates, as SciPy matrices."""
     balloon = sector.balloon
-    K_m, K_g = balloon.held_pencil(*at)
+    K_m, K_g = held_pencil(balloon, *at)
     return as_scipy(K_m), as_scipy(K_g), as_scipy(balloon.mass(balloon.map.create_vector()))
 
 
@@ -230,7 +231,8 @@ class HeldPencil:
         values, vectors = self._own(lambda k: most_negative(self.K_g, K_0, solve, k), count)
         keep = values < -1 / (self.limit - p0)
         if not keep.any():
-            if self._sector.columns > 1:
+            # it lies beyond the limit, or is of another harmonic that the sector cannot tell apart
+            if values[0] < 0 or self._sector.columns > 1:
                 return OneHarmonic((math.inf,), None, math.nan)
             raise EigenError(f"no critical pressure found near {p0:.6g} Pa, where one was proved to be")
         pressures = tuple(float(p) for p in p0 - 1 / values[keep])
@@ -241,6 +243,8 @@ class HeldPencil:
         if p0 in (0.0, math.inf):
             return OneHarmonic((p0,), None, math.nan)
         p: float = scipy.optimize.brentq(lambda p: self._lowest(p)[0], p0, 1.1 * p0, rtol=1e-12)
+        if p > self.limit:
+            return OneHarmonic((math.inf,), None, math.nan)
         return self._record((p,), self._lowest(p)[1])
 
     def _record(self, pressures: tuple[float, ...], x: Complex) -> OneHarmonic:
@@ -288,4 +292,4 @@ def stable_below(stable: Callable[[float], bool], limit: float, hint: float | No
     while high > 1.1 * low:
         middle = math.sqrt(low * high)
         low, high = (middle, high) if stable(middle) else (low, middle)
-    return low
+    return low if low < limit else math.inf

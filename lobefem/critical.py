@@ -19,6 +19,7 @@ from lobefem.cyclic import Sector
 from lobefem.eigenpairs import Pair, distinct, order, residual, run, solver
 from lobefem.equilibrium import require_whole
 from lobefem.errors import EigenError, InputError
+from lobefem.pencil import held_pencil
 from lobefem.stability import Mode, check_request, make_mode
 
 # isort: split
@@ -113,11 +114,12 @@ def _sector(balloon: Balloon, harmonic: int | None) -> Sector | None:
 
 def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> CriticalPressure:
     q = balloon.map.create_vector()
-    K_m, K_g = balloon.held_pencil(*at)
+    K_m, K_g = held_pencil(balloon, *at)
     M, plates = balloon.mass(q), balloon.map.num_parameters
     divisions = balloon.surface.divisions
     symmetric = _petsc.asymmetry(K_g) < _petsc.SYMMETRIC
-    p0 = stable_below(_film_is_stable(K_m, K_g, 0 if symmetric else plates), pressure_limit(balloon))
+    limit = pressure_limit(balloon)
+    p0 = stable_below(_film_is_stable(K_m, K_g, 0 if symmetric else plates), limit)
     if p0 in (0.0, math.inf):
         return CriticalPressure(p0, None, (), divisions)
     K_0 = _combine(K_m, p0, K_g)
@@ -130,6 +132,8 @@ def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> Cri
     critical = sorted((p for p in pairs if p.value.real > 0 and abs(p.value.imag) < 1e-6 * p0), key=order)
     if not critical:
         raise EigenError(f"no critical pressure found near {p0:.6g} Pa, where one was proved to be")
+    if critical[0].value.real > limit:
+        return CriticalPressure(math.inf, None, (), divisions)
     K_g.scale(-1.0)
     first = critical[0]
     mode = replace(make_mode(balloon, q, first, residual(first, K_m, K_g)), value=0j)

@@ -28,6 +28,7 @@ from lobefem.balloon import Balloon
 from lobefem.contact import SelfContact
 from lobefem.errors import InputError
 from lobefem.harmonics import cylindrical
+from lobefem.measures import displacement_of
 from lobefem.plates import PlateLoad
 from lobefem.surface import sector_of
 
@@ -202,7 +203,7 @@ class Sector:
         for values in (q.real, q.imag):
             dq = self.balloon.map.create_vector()
             dq.array[:] = values
-            parts.append(self.balloon.displacement_of(zero, dq))
+            parts.append(displacement_of(self.balloon, zero, dq))
         return parts[0] + 1j * parts[1]
 
     def expand(self, whole: Balloon, vector: Complex, harmonic: int) -> tuple[Any, Any]:

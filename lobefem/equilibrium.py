@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import measures
 from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
@@ -88,12 +89,12 @@ class Equilibrium:
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
         self.activate()
-        return self.balloon.stress_resultants()
+        return measures.stress_resultants(self.balloon)
 
     def true_resultants(self) -> Any:
-        """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m], see `Balloon`. Collective."""
+        """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m], see `measures`. Collective."""
         self.activate()
-        return self.balloon.true_resultants()
+        return measures.true_resultants(self.balloon)
 
 
 def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
@@ -265,7 +266,7 @@ def record(
     bar_force = balloon.bar_force()
     r.destroy()
     displacement = balloon.u.x.array.reshape(-1, 3).copy()
-    taut, wrinkled, slack = balloon.region_areas()
+    taut, wrinkled, slack = measures.region_areas(balloon)
     return Equilibrium(
         balloon=balloon,
         pressure=float(balloon.pressure.value),
@@ -279,9 +280,9 @@ def record(
         relative_residual=norm / scale if scale else norm,
         volume=balloon.volume(),
         strain_energy=balloon.strain_energy(),
-        max_displacement=balloon.largest(displacement),
+        max_displacement=measures.largest(balloon, displacement),
         bar_force=bar_force,
-        hoop_tension=balloon.cord_tensions(),
+        hoop_tension=measures.cord_tensions(balloon),
         taut_area=taut,
         wrinkled_area=wrinkled,
         slack_area=slack,

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem.balloon import Balloon
+from lobefem.measures import nodal_areas, straining_share
 
 # isort: split
 from mpi4py import MPI
@@ -51,7 +52,7 @@ def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> A
     """
     angle, height, frame = cylindrical(balloon)
     n = len(angle)
-    weights = balloon.nodal_areas()
+    weights = nodal_areas(balloon)
     field = np.einsum("nij,nj->ni", frame, real[:n] + 1j * imag[:n]) * weights[:, None]
     rings = _rings(balloon, height)
     divisions = balloon.surface.divisions
@@ -101,7 +102,7 @@ def kind_of(balloon: Balloon, displacement: npt.NDArray[np.complex128], harmonic
         field = np.einsum("nij,nj->ni", frame, displacement[: len(frame)])
         parts = balloon.comm.allreduce((np.abs(field) ** 2).sum(axis=0))
         return "twist" if parts[1] > parts.sum() / 2 else "global"
-    return "local" if balloon.straining_share(displacement.real, displacement.imag) > 0.3 else "global"
+    return "local" if straining_share(balloon, displacement.real, displacement.imag) > 0.3 else "global"
 
 
 def _rings(balloon: Balloon, height: Array) -> npt.NDArray[np.int64]:

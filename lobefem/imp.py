@@ -13,9 +13,10 @@ from typing import Any, ClassVar
 import ufl
 
 from lobefem import checks
+from lobefem.errors import InputError
 from lobefem.films import Number, TensionField
 
-__all__ = ["IMP", "PrescribedPath"]
+__all__ = ["IMP", "PrescribedPath", "check_load_path"]
 
 TANGENTS = ("consistent", "secant")
 
@@ -121,3 +122,15 @@ class PrescribedPath(IMP):
         slack = number(hoop_slack) if hoop_slack else 0.0
         E0 = [ufl.conditional(taut, e, 0.0) for e in (number(self.nu) * hoop, -hoop - slack)]
         return ufl.as_matrix([[E0[0], 0], [0, E0[1]]])
+
+
+def check_load_path(load_path: Any, surface: Any) -> None:
+    """Refuse a state whose stress cannot be built into a film on a surface, with an InputError."""
+    film = load_path.balloon.film
+    if not isinstance(film, PrescribedPath):
+        raise InputError(
+            f"load_path is a state of {type(film).__name__} film; give one that was inflated with "
+            "PrescribedPath film"
+        )
+    if load_path.balloon.mesh is not surface.mesh:
+        raise InputError("load_path is a state on another mesh; build both balloons on one surface")

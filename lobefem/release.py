@@ -19,6 +19,7 @@ from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.log import logger
+from lobefem.measures import largest, nodal_areas
 from lobefem.stability import Mode, Modes, find_modes
 
 # isort: split
@@ -203,7 +204,7 @@ def release(
     rest = last if state is None else state
     distance, rotation = _distance(balloon, undistorted.displacement, rest.displacement)
     if state is not None:
-        moved = balloon.largest(state.displacement - last.displacement)
+        moved = largest(balloon, state.displacement - last.displacement)
         say("release: lowest eigenvalues")
         modes = find_modes(state, count + _num_rigid(balloon))
         lowest = min((m.value.real for m in modes.modes if not _is_rigid(state, m)), default=math.inf)
@@ -296,7 +297,7 @@ def _num_rigid(balloon: Balloon) -> int:
 
 def _owned(balloon: Balloon) -> tuple[Array, Array]:
     """Reference positions (n, 3) and areas (n,) of the nodes that this rank owns."""
-    areas = balloon.nodal_areas()
+    areas = nodal_areas(balloon)
     return balloon.V.tabulate_dof_coordinates()[: len(areas)], areas
 
 
@@ -321,7 +322,7 @@ def _distance(balloon: Balloon, from_: Array, to: Array) -> tuple[float, float]:
         turn = U @ np.diag([1, 1, np.sign(np.linalg.det(U @ Vt))]) @ Vt
     sine = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
     angle = math.atan2(float(np.linalg.norm(sine)), (np.trace(turn) - 1) / 2)
-    return balloon.largest(b - a @ turn.T), angle
+    return largest(balloon, b - a @ turn.T), angle
 
 
 def _is_rigid(state: Equilibrium, mode: Mode) -> bool:

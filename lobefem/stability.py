@@ -24,6 +24,7 @@ from lobefem.equilibrium import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.harmonics import label, spectrum
 from lobefem.log import logger
+from lobefem.measures import displacement_of, largest
 from lobefem.sector_modes import modes_of_harmonics
 
 # isort: split
@@ -291,8 +292,8 @@ def _is_cyclic(state: Equilibrium, order_of_symmetry: int) -> bool:
 
 def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float) -> Mode:
     """What is said of an eigenvector in q of relative residual `error`. Collective."""
-    real, imag = balloon.displacement_of(q, pair.x), balloon.displacement_of(q, pair.y)
-    scale = balloon.largest(real + 1j * imag)
+    real, imag = displacement_of(balloon, q, pair.x), displacement_of(balloon, q, pair.y)
+    scale = largest(balloon, real + 1j * imag)
     real /= scale
     imag /= scale
     power = spectrum(balloon, real, imag)

@@ -21,6 +21,7 @@ from lobefem.balloon import Balloon
 from lobefem.branches import Branch, follow, unclear
 from lobefem.equilibrium import Equilibrium, Progress, ideal_state, inflate
 from lobefem.errors import ConvergenceError, InputError, SolveError
+from lobefem.measures import displacement_of
 from lobefem.stability import Mode, Modes, check_request, find_modes
 
 # isort: split
@@ -404,7 +405,7 @@ def _jumped(before: Equilibrium, after: Equilibrium) -> bool:
     dq = q.duplicate()
     ksp.solve(rate, dq)
     ksp.destroy()
-    predicted = _length(balloon, balloon.displacement_of(q, dq)) * abs(after.pressure - before.pressure)
+    predicted = _length(balloon, displacement_of(balloon, q, dq)) * abs(after.pressure - before.pressure)
     return _length(balloon, after.displacement - before.displacement) > _JUMP * predicted
 
 

@@ -7,11 +7,12 @@ import pytest
 from flatfilm import film_surface, inflate, nodal
 from scipy.optimize import brentq
 
-from lobefem.balloon import Balloon, Held
+from lobefem.balloon import Balloon
 from lobefem.contact import SelfContact
 from lobefem.films import Isotropic
 from lobefem.kinematics import tangent_frame
 from lobefem.loads import GasPressure
+from lobefem.parts import Held
 
 P, ACTIVATION = 40.0, 0.02
 

@@ -12,12 +12,13 @@ from flatfilm import fan, inflate, nodal, quarter_disc, rates, square, state_at,
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from lobefem.balloon import Balloon, Held
+from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError
 from lobefem.films import Isotropic, TensionField
 from lobefem.isotensoid import Isotensoid
 from lobefem.kinematics import tangent_frame
 from lobefem.loads import GasPressure
+from lobefem.parts import Held
 
 SYMMETRY = (
     Held(lambda x: np.isclose(x[0], 0), (0,)),

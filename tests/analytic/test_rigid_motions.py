@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 from flatfilm import nodal, sphere
 
-from lobefem.balloon import Balloon, Held
+from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
 from lobefem.equilibrium import inflate
 from lobefem.films import Isotropic, TensionField
 from lobefem.kinematics import tangent_frame
 from lobefem.loads import GasPressure
+from lobefem.parts import Held
 from lobefem.plates import EndPlates, rotation
 from lobefem.stability import find_modes
 from lobefem.surface import lobed_cylinder

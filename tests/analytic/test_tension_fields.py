@@ -9,13 +9,14 @@ import ufl
 from flatfilm import cell_resultants, nodal_forces, rectangle, stretched
 from scipy.optimize import brentq
 
-from lobefem.balloon import Balloon, Held
+from lobefem.balloon import Balloon
 from lobefem.equilibrium import inflate
 from lobefem.errors import ConvergenceError
 from lobefem.films import TensionField
 from lobefem.imp import IMP
 from lobefem.kinematics import tangent_frame
 from lobefem.loads import GasPressure
+from lobefem.parts import Held
 from lobefem.plates import EndPlates, PlateLoad
 from lobefem.surface import cylinder
 

@@ -1,6 +1,7 @@
 """The chart of critical pressures by harmonics."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -8,8 +9,9 @@ import pytest
 from lobefem import _dolfinx  # noqa: F401
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
-from lobefem.chart import harmonic_chart, stable_below
+from lobefem.chart import HeldPencil, harmonic_chart, stable_below
 from lobefem.critical import critical_pressure
+from lobefem.cyclic import Sector
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic
 from lobefem.loads import GasPressure
@@ -84,3 +86,13 @@ def test_the_bracket_finds_the_critical_pressure_from_any_hint(hint):
 def test_the_bracket_says_never_and_always():
     assert stable_below(lambda p: True, 1e6) == np.inf
     assert stable_below(lambda p: False, 1e6, 10.0) == 0.0
+
+
+@pytest.mark.parametrize(("load", "lobes", "n"), [("closed", 1, 3), ("film", 3, 1)])
+def test_a_pressure_just_beyond_the_limit_is_none(load, lobes, n):
+    """Stable a little below the limit, and critical a little above it."""
+    pencil = HeldPencil(Sector(build(FixedWrinkles(), load, lobes=lobes, divisions=(12, 16))), n)
+    (found,) = pencil.solve().pressures
+    for share, expected in ((0.999, math.inf), (0.92, math.inf), (1.001, found)):
+        pencil.limit = share * found
+        assert pencil.solve().pressures == (pytest.approx(expected, rel=1e-9),)

@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 
 from lobefem import _dolfinx  # noqa: F401
-from lobefem.balloon import Balloon, Held
+from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
 from lobefem.chart import harmonic_chart
 from lobefem.critical import critical_pressure
@@ -16,6 +16,7 @@ from lobefem.films import FixedWrinkles, Isotropic, TensionField
 from lobefem.formfinding import find_form
 from lobefem.kinematics import revolved_frame
 from lobefem.loads import GasPressure
+from lobefem.parts import Held
 from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
 from lobefem.surface import cylinder, lobed_cylinder

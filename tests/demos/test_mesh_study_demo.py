@@ -1,21 +1,14 @@
 """The mesh-study demo on coarse meshes."""
 
-import importlib.util
 import json
-import sys
-from pathlib import Path
 
 import pytest
+from loading import load
 from mpi4py import MPI
-
-DEMO = Path(__file__).parents[1] / "demos" / "mesh_study.py"
 
 
 def test_demo_writes_figures_and_numbers(shared_path):
-    spec = importlib.util.spec_from_file_location("demo_mesh_study", DEMO)
-    demo = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = demo
-    spec.loader.exec_module(demo)
+    demo = load("mesh_study")
     studies = demo.run(((9, 16), (12, 20), (15, 24)), shared_path, comm=MPI.COMM_WORLD)
     assert list(studies) == [
         "single_fixed-wrinkles",

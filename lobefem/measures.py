@@ -1,0 +1,118 @@
+"""What is measured on a balloon in its present displacement: areas, tensions, stresses, sizes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import _dolfinx, kinematics
+from lobefem.balloon import Balloon
+
+# isort: split
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+__all__ = [
+    "cord_tensions",
+    "displacement_of",
+    "largest",
+    "nodal_areas",
+    "region_areas",
+    "straining_share",
+    "stress_resultants",
+    "true_resultants",
+]
+
+Array = npt.NDArray[np.float64]
+
+
+def cord_tensions(balloon: Balloon) -> tuple[float, ...]:
+    """Mean tension of each cord group over its reference length [N]. Collective."""
+    one = fem.Constant(balloon.mesh, 1.0)
+    return tuple(
+        balloon.integrate(tension * measure) / balloon.integrate(one * measure)
+        for _, tension, measure in balloon.forms.cords
+    )
+
+
+def region_areas(balloon: Balloon) -> tuple[float, float, float]:
+    """Reference areas of taut, wrinkled and slack film [m^2]. Collective."""
+    taut, wrinkled, slack = balloon.film.regions(balloon.forms.strain, balloon.forms.number)
+    return tuple(balloon.integrate(region * balloon.forms.dx) for region in (taut, wrinkled, slack))  # type: ignore[return-value]
+
+
+def stress_resultants(balloon: Balloon) -> Any:
+    """Cell means of (N_m, N_h, N_mh) [N/m] in the present displacement. Collective."""
+    S = balloon.film.stress(balloon.forms.strain, balloon.forms.number)
+    N = ufl.as_vector([S[0, 0], S[1, 1], S[0, 1]])
+    return _cell_means(balloon, N, "stress resultants")
+
+
+def true_resultants(balloon: Balloon) -> Any:
+    """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m] in the present displacement.
+
+    Cauchy's, per current length, in the current surface's own frame of meridian and hoop; they
+    differ from `stress_resultants`, which are per reference length, where the film strains much.
+
+    Collective.
+    """
+    S = balloon.film.stress(balloon.forms.strain, balloon.forms.number)
+    N = kinematics.true_resultants(S, balloon.u, balloon.mesh, balloon.surface.axis, balloon.frame)
+    return _cell_means(balloon, N, "true stress resultants")
+
+
+def _cell_means(balloon: Balloon, expression: Any, name: str) -> Any:
+    W = fem.functionspace(balloon.mesh, ("DG", 0, expression.ufl_shape))
+    v = ufl.TestFunction(W)
+    mean = fem.Function(W, name=name)
+    area = fem.Function(W)
+    ones = ufl.as_vector([1.0] * expression.ufl_shape[0])
+    for target, f in ((mean, expression), (area, ones)):
+        fem.petsc.assemble_vector(target.x.petsc_vec, _dolfinx.form(ufl.inner(f, v) * balloon.forms.dx))
+        target.x.scatter_forward()
+    mean.x.array[:] /= area.x.array
+    return mean
+
+
+def displacement_of(balloon: Balloon, q: Any, dq: Any) -> Array:
+    """Nodal displacements du = J dq, ghosts included, (nodes, 3) [m]. Collective."""
+    w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
+    du = fem.Function(balloon.V)
+    balloon.map.jacobian(w, dw).mult(dq, du.x.petsc_vec)
+    du.x.scatter_forward()
+    return du.x.array.reshape(-1, 3).copy()
+
+
+def nodal_areas(balloon: Balloon) -> Array:
+    """Area [m^2] lumped to each node that this rank owns, positive for any element. Collective."""
+    # integrals of quadratic shape functions vanish at vertices: take those of their squares
+    diagonal = balloon.mass_matrix().getDiagonal().array_r[::3]
+    return diagonal / balloon.comm.allreduce(diagonal.sum()) * balloon.reference_area
+
+
+def straining_share(balloon: Balloon, real: Array, imag: Array) -> float:
+    """Share of strain in a displacement gradient, |sym grad phi|^2/|grad phi|^2 in the film's plane.
+
+    Args:
+        balloon: whose film it is.
+        real: nodal displacements (nodes, 3); ghosts are taken from their owners.
+        imag: their imaginary part.
+
+    Collective.
+    """
+    sums = np.zeros(2)
+    for part in (real, imag):
+        balloon.forms.directions[0].x.array[:] = part.ravel()
+        balloon.forms.directions[0].x.scatter_forward()
+        sums += [fem.assemble_scalar(form) for form in balloon.forms.straining]
+    strain, gradient = balloon.comm.allreduce(sums)
+    return float(strain / gradient) if gradient else 0.0
+
+
+def largest(balloon: Balloon, displacement: npt.NDArray[Any]) -> float:
+    """Largest nodal displacement [m]. Collective."""
+    square = (np.abs(displacement) ** 2).sum(axis=1).max(initial=0.0)
+    return float(np.sqrt(balloon.comm.allreduce(square, op=MPI.MAX)))

@@ -1,0 +1,79 @@
+"""The parts of a balloon besides its film, sorted by what they are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem.cables import Cords
+from lobefem.contact import SelfContact
+from lobefem.errors import InputError
+from lobefem.loads import GasPressure
+from lobefem.plates import EndPlates, PlateLoad
+
+__all__ = ["Held", "Parts"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Held:
+    """Displacement components that are given, zero by default, for films without plates.
+
+    Args:
+        on: name of an edge group, or a function of coordinates x (3, n) that marks nodes (n,).
+        components: which of 0, 1, 2 are held.
+        displacement: a function of coordinates x (3, n) that gives the displacements (3, n) [m] at
+            which they are held; where parts overlap the first one counts.
+    """
+
+    on: str | Callable[[Array], npt.NDArray[np.bool_]]
+    components: tuple[int, ...] = (0, 1, 2)
+    displacement: Callable[[Array], Array] | None = None
+
+
+_KINDS = (GasPressure, Cords, EndPlates, PlateLoad, Held, SelfContact)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """At most one gas pressure, by default "closed", pair of plates, load on them and contact."""
+
+    load: GasPressure
+    cords: tuple[Cords, ...]
+    held: tuple[Held, ...]
+    plates: EndPlates | None
+    plate_load: PlateLoad | None
+    contact: SelfContact | None
+
+    @classmethod
+    def sort(cls, parts: Sequence[Any]) -> Parts:
+        """Parts in any order.
+
+        Raises:
+            InputError: something that is no part, or two of which there can be one.
+        """
+        one = {kind: _single(parts, kind) for kind in (GasPressure, EndPlates, PlateLoad, SelfContact)}
+        unknown = [p for p in parts if not isinstance(p, _KINDS)]
+        if unknown:
+            names = ", ".join(kind.__name__ for kind in _KINDS)
+            raise InputError(f"{unknown[0]!r} is no part of a balloon; use one of {names}")
+        return cls(
+            one[GasPressure] or GasPressure(),
+            tuple(p for p in parts if isinstance(p, Cords)),
+            tuple(p for p in parts if isinstance(p, Held)),
+            one[EndPlates],
+            one[PlateLoad],
+            one[SelfContact],
+        )
+
+
+def _single(parts: Sequence[Any], kind: type) -> Any:
+    found = [p for p in parts if isinstance(p, kind)]
+    if len(found) > 1:
+        raise InputError(f"a balloon takes one {kind.__name__}, not {len(found)}")
+    return found[0] if found else None

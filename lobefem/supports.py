@@ -1,0 +1,102 @@
+"""What holds a film: its plates' motion, held parts and guides, put together as the map from q."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import _dolfinx
+from lobefem.constraints import ConstraintMap
+from lobefem.errors import InputError
+from lobefem.guides import Guide
+from lobefem.parts import Held
+from lobefem.plates import EndPlates, PlateMotion
+
+# isort: split
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+__all__ = ["constraint_map", "edge_nodes", "integral", "plate_motion"]
+
+Array = npt.NDArray[np.float64]
+
+
+def integral(mesh: Any, expression: Any) -> float:
+    """The integral of a UFL expression with its measure, over all ranks. Collective."""
+    return float(mesh.comm.allreduce(fem.assemble_scalar(_dolfinx.form(expression)), op=MPI.SUM))
+
+
+def edge_nodes(V: Any, surface: Any, group: str) -> npt.NDArray[np.int32]:
+    """Node indices, owned and ghosts, of a surface's edge group. Collective."""
+    if group not in surface.groups:
+        raise InputError(f"no edge group '{group}' on this surface; it has {sorted(surface.groups)}")
+    facets = surface.edges.find(surface.groups[group][1])
+    return fem.locate_dofs_topological(V, 1, facets)
+
+
+def plate_motion(surface: Any, plates: EndPlates) -> PlateMotion:
+    """The plates' motion; the rims' areas come from the mesh, A = |closed integral of X x t|/2.
+
+    Raises:
+        InputError: a surface without the two rims.
+
+    Collective.
+    """
+    mesh = surface.mesh
+    missing = [n for n in ("rim_bottom", "rim_top") if n not in surface.groups]
+    if missing:
+        raise InputError(f"end plates need the edge group '{missing[0]}', which this surface lacks")
+    axis = np.asarray(surface.axis, dtype=float)
+    ds = ufl.Measure("ds", domain=mesh, subdomain_data=surface.edges)
+    X = ufl.SpatialCoordinate(mesh)
+    t = ufl.cross(ufl.CellNormal(mesh), ufl.FacetNormal(mesh))
+    e = ufl.as_vector(list(axis))
+    numbers = []
+    for name in ("rim_bottom", "rim_top"):
+        measure = ds(surface.groups[name][1])
+        area = integral(mesh, ufl.dot(ufl.cross(X, t), e) / 2 * measure)
+        length = integral(mesh, fem.Constant(mesh, 1.0) * measure)
+        height = integral(mesh, ufl.dot(X, e) * measure)
+        if length == 0.0:
+            raise InputError(f"edge group '{name}' is empty: there is no rim to close by a plate")
+        numbers.append((height / length * axis, abs(area)))
+    if not isinstance(plates.bar, bool):  # a sector has its share of the plates and of their bar
+        plates = replace(plates, bar=plates.bar / surface.copies)
+    return PlateMotion(plates, np.array([c for c, _ in numbers]), np.array([a for _, a in numbers]))
+
+
+def constraint_map(
+    V: Any, surface: Any, held: Sequence[Held], motion: PlateMotion | None, guide: Guide | None = None
+) -> ConstraintMap:
+    """The map from the unknowns q to nodal displacements under all that holds the film.
+
+    Args:
+        V: space of displacements.
+        surface: where the film lies.
+        held: parts whose displacement is given.
+        motion: of the plates.
+        guide: what leads the balloon in the plates' place.
+
+    Collective.
+    """
+    rims = ("rim_bottom", "rim_top") if motion else ()
+    rings = (*rims, *(guide.seams if guide else ()))
+    dofs, values = [np.empty(0, dtype=np.int32)], [np.empty(0)]
+    x = V.tabulate_dof_coordinates().T
+    for part in held:
+        if callable(part.on):
+            nodes = fem.locate_dofs_geometrical(V, part.on)
+        else:
+            nodes = edge_nodes(V, surface, part.on)
+        given = np.zeros((3, nodes.size)) if part.displacement is None else part.displacement(x[:, nodes])
+        dofs += [3 * nodes + c for c in part.components]
+        values += [given[c] for c in part.components]
+    fixed, first = np.unique(np.concatenate(dofs), return_index=True)
+    fixed, given = fixed.astype(np.int32), np.concatenate(values)[first]
+    nodes = tuple(edge_nodes(V, surface, name) for name in rings)
+    return ConstraintMap(V, guide or motion, nodes, fixed, given)
