@@ -334,7 +334,8 @@ class Flow:
         energy, size = balloon.energy(q)
         strain, volume = balloon.strain_energy(), balloon.volume()
         assert strain is not None  # `release` refuses film without an energy
-        areas = centres = np.zeros((2, 3))
+        areas: Array = np.zeros((2, 3))
+        centres: Array = np.zeros((2, 3))
         if balloon.motion is not None:
             w = balloon.map.plate_parameters(balloon.map.parameters(q))[0]
             areas, centres = balloon.motion.turned_area_vectors(w), w.reshape(2, 6)[:, :3]

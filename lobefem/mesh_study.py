@@ -199,7 +199,7 @@ def _fit(h: Array, p: Array) -> tuple[float, float, float]:
     def linear(q: float) -> tuple[Array, float]:
         # each pressure counts by its own size: a fall runs over decades
         matrix = np.stack([np.ones_like(p), h**q], axis=1) / p[:, None]
-        coefficients = np.linalg.lstsq(matrix, np.ones_like(p))[0]
+        coefficients: Any = np.linalg.lstsq(matrix, np.ones_like(p))[0]
         return coefficients, float(np.linalg.norm(matrix @ coefficients - 1))
 
     found: Any = scipy.optimize.minimize_scalar(lambda q: linear(q)[1], bounds=(0.2, 12), method="bounded")
