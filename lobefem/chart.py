@@ -83,6 +83,7 @@ def harmonic_chart(
     harmonics: Iterable[int] | None = None,
     *,
     comm: Any = None,
+    at: tuple[float, float] = LINEAR,
     progress: Callable[[str], None] | None = None,
 ) -> HarmonicChart:
     """The critical pressure of each harmonic, dealt out to the ranks. Collective.
@@ -91,6 +92,7 @@ def harmonic_chart(
         balloon: prestressed, on a structured surface or on one sector of it (`sector=True`).
         harmonics: which; by default all that the mesh has, 0 to N/2.
         comm: the ranks that share the work (default: the whole balloon's, all of them for a sector).
+        at: pressures of the two tangents that make the pencil [Pa].
         progress: called with a line of text for each harmonic of this rank.
 
     Raises:
@@ -102,7 +104,7 @@ def harmonic_chart(
     chosen = tuple(sector.harmonics if harmonics is None else harmonics)
     if comm is None:
         comm = MPI.COMM_WORLD if balloon.surface.copies != 1 else balloon.comm
-    found = solve_harmonics(sector, chosen, 1, comm=comm, progress=progress)
+    found = solve_harmonics(sector, chosen, 1, comm=comm, at=at, progress=progress)
     kinds = tuple(
         "" if one.vector is None else kind_of(sector.balloon, sector.displacement(one.vector, n), n)
         for n, one in found.items()

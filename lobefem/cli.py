@@ -131,7 +131,8 @@ def modes(
 
 @app.command(
     epilog=_examples(
-        "lobefem critical meshes/stack4.toml",
+        "lobefem critical meshes/stack4.toml --state inflated",
+        "lobefem critical meshes/single.toml --mesh-study --out run",
         "lobefem critical meshes/single.toml --divisions 32x48 --harmonic 3 --json -",
     )
 )
@@ -150,17 +151,34 @@ def critical(
     edge_radius: options.EdgeRadius = None,
     state: options.State = "ideal",
     harmonic: options.Harmonic = None,
+    limit: options.Limit = None,
+    mesh_study: options.MeshStudy = False,
+    meshes: options.Meshes = None,
     petsc: options.Petsc = None,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
     json: options.Json = None,
 ) -> None:
-    """The lowest pressure at which the held isotensoid turns unstable."""
+    """The lowest pressure at which the balloon turns unstable; whether that depends on the mesh."""
     number = None if harmonic is None else _integer("--harmonic", harmonic, 0)
     _one_of("--state", state, ("ideal", "inflated"))
+    highest = None if limit is None else _pressure("--limit", limit)
+    pairs = _divisions("--meshes", meshes)
+    if mesh_study:
+        if number is not None or state != "ideal" or highest is not None or divisions is not None:
+            raise InputError(
+                "--mesh-study looks at all harmonics of the ideal state on meshes of its own; leave out "
+                "--harmonic, --state, --limit and --divisions"
+            )
+        _run(context, lambda plan, progress: _studies().mesh_study(plan, divisions=pairs, progress=progress))
+        return
+    if pairs is not None:
+        raise InputError("--meshes are those of a mesh study; add --mesh-study")
     _run(
         context,
-        lambda plan, progress: _tasks().critical(plan, state=state, harmonic=number, progress=progress),
+        lambda plan, progress: _studies().critical(
+            plan, state=state, harmonic=number, limit=highest, progress=progress
+        ),
     )
 
 
@@ -190,7 +208,7 @@ def harmonics(
 ) -> None:
     """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
     chosen = _integers("--harmonics", harmonics)
-    _run(context, lambda plan, progress: _tasks().harmonics(plan, harmonics=chosen, progress=progress))
+    _run(context, lambda plan, progress: _studies().harmonics(plan, harmonics=chosen, progress=progress))
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
@@ -218,6 +236,38 @@ def _tasks() -> Any:
     import lobefem.tasks
 
     return lobefem.tasks
+
+
+def _studies() -> Any:
+    import lobefem.studies
+
+    return lobefem.studies
+
+
+def _pressure(name: str, text: str) -> float:
+    """A positive pressure [Pa] from text, with or without its unit."""
+    from lobefem.units import PRESSURE
+
+    try:
+        value = PRESSURE.read(text)
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
+    if not 0 < value < float("inf"):
+        raise InputError(f"{name}: {text!r} is no positive pressure; {PRESSURE.advice}")
+    return value
+
+
+def _divisions(name: str, text: str | None) -> tuple[tuple[int, int], ...] | None:
+    """Mesh divisions from "18x24,24x32,36x48"; None for None."""
+    if text is None:
+        return None
+    pairs = []
+    for part in text.split(","):
+        ends = part.strip().split("x")
+        if len(ends) != 2 or not all(end.isdecimal() and len(end) < 7 for end in ends):
+            raise InputError(f"{name}: {text!r} is impossible; give divisions such as 18x24,24x32,36x48")
+        pairs.append((int(ends[0]), int(ends[1])))
+    return tuple(pairs)
 
 
 def _integer(name: str, text: str, least: int) -> int:

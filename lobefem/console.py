@@ -111,6 +111,7 @@ def show(results: dict[str, Any]) -> None:
         "modes": _modes_table,
         "critical": _critical_table,
         "harmonics": _harmonics_table,
+        "mesh-study": _study_table,
     }
     console.print(_caption(results))
     console.print(table[results["command"]](results))
@@ -124,8 +125,10 @@ def _caption(results: dict[str, Any]) -> str:
         title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
     elif results["command"] == "harmonics":
         title = "Critical pressure of each harmonic, ideal state"
+    elif results["command"] == "mesh-study":
+        title = "Critical pressures under refinement, ideal state"
     else:
-        title = "Critical pressure of the ideal state"
+        title = f"Critical pressure of the {results['state']} state"
     lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
     mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
     design = f"{results['film']} film, {results['load']} load, {results['support']}"
@@ -188,17 +191,35 @@ def _modes_table(results: dict[str, Any]) -> Any:
 
 
 def _critical_table(results: dict[str, Any]) -> Any:
-    table = _table("pressure [Pa]", "harmonic", "kind")
+    path = "point" in results
+    table = _table("pressure [Pa]", "harmonic", "kind", *(("point", "load's share") if path else ()))
+    rest = [""] * (len(table.columns) - 1)
     if results["critical_pressure"] is None or results["kind"] is None:
-        table.add_row(results["reason"], "", "")
+        table.add_row(results["reason"], *rest)
     else:
         pressure = f"{results['critical_pressure']:.6g}"
-        table.add_row(pressure, str(results["harmonic"]), results["kind"])
+        more = (results["point"], f"{results['projection']:.1e}") if path else ()
+        table.add_row(pressure, str(results["harmonic"]), results["kind"], *more)
+    for name, pressure in results.get("sides", {}).items():
+        said = "none" if pressure is None else f"{pressure:.6g}"
+        table.add_row(f"{name}: {said}", *rest)
     return table
 
 
+def _study_table(results: dict[str, Any]) -> Any:
+    from rich.console import Group
+
+    table = _table("mesh", "pressure [Pa]", "harmonic")
+    for row in results["meshes"]:
+        mesh = "x".join(map(str, row["divisions"]))
+        table.add_row(mesh, f"{row['critical_pressure']:.6g}", str(row["harmonic"]))
+    return Group(table, *(f"- {sentence}" for sentence in results["verdict"]))
+
+
 def _harmonics_table(results: dict[str, Any]) -> Any:
-    table = _table("harmonic", "pressure [Pa]", "kind", "residual", "lowest")
+    sides = any("upper_bound" in row for row in results["chart"])
+    last = ("upper bound",) if sides else ()
+    table = _table("harmonic", "pressure [Pa]", "kind", "residual", "lowest", *last)
     for row in results["chart"]:
         pressure = row["critical_pressure"]
         said = "never unstable" if math.isinf(pressure) else f"{pressure:.6g}"
@@ -206,7 +227,8 @@ def _harmonics_table(results: dict[str, Any]) -> Any:
             said = "unstable at any"
         error = f"{row['residual']:.0e}" if row["kind"] else ""
         first = "<--" if row["harmonic"] == results["harmonic"] and row["kind"] else ""
-        table.add_row(str(row["harmonic"]), said, row["kind"], error, first)
+        upper = (f"{row['upper_bound']:.6g}",) if sides else ()
+        table.add_row(str(row["harmonic"]), said, row["kind"], error, first, *upper)
     return table
 
 

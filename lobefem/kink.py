@@ -33,11 +33,12 @@ critical pressure belongs to the mesh, as that of fixed wrinkles does from n = 7
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from lobefem.balloon import Balloon
-from lobefem.chart import LINEAR, pressure_limit
+from lobefem.chart import LINEAR, HarmonicChart, harmonic_chart, pressure_limit
 from lobefem.critical import CriticalPressure, critical_pressure
 from lobefem.equilibrium import ideal_state
 from lobefem.errors import EigenError, InputError
@@ -47,6 +48,8 @@ from lobefem.stability import Modes, check_request, find_modes
 __all__ = [
     "OneSidedModes",
     "OneSidedPressures",
+    "has_kink",
+    "one_sided_charts",
     "one_sided_modes",
     "one_sided_pressures",
     "slack_critical_pressure",
@@ -95,8 +98,18 @@ class OneSidedPressures:
         return self.wrinkled.pressure, self.mean.pressure
 
 
+def has_kink(balloon: Balloon) -> bool:
+    """Whether the ideal state's energy has two tangents: tension-field film without hoop slack."""
+    return isinstance(balloon.film, TensionField) and not balloon.hoop_slack
+
+
 def one_sided_modes(
-    balloon: Balloon, pressure: float, count: int = 8, *, mass: str = "unit"
+    balloon: Balloon,
+    pressure: float,
+    count: int = 8,
+    *,
+    mass: str = "unit",
+    harmonics: Iterable[int] | None = None,
 ) -> OneSidedModes:
     """The lowest modes of the wrinkled, the mean and the taut tangent of the ideal state.
 
@@ -105,6 +118,7 @@ def one_sided_modes(
         pressure: p [Pa], positive.
         count: modes of each.
         mass: "unit" or "nodal".
+        harmonics: as for `find_modes`.
 
     Raises:
         InputError: another film, hoop slack, no prestress, or a pressure that is not positive.
@@ -116,7 +130,11 @@ def one_sided_modes(
     check_request(balloon, count, mass)
     if not pressure > 0:
         raise InputError(f"pressure = {pressure} Pa: unstressed film has no wrinkled tangent; give p > 0")
-    spectra = [find_modes(ideal_state(_with(balloon, film), pressure), count, mass=mass) for film in films]
+    chosen = None if harmonics is None else tuple(harmonics)
+    spectra = [
+        find_modes(ideal_state(_with(balloon, film), pressure), count, mass=mass, harmonics=chosen)
+        for film in films
+    ]
     return OneSidedModes(*spectra)
 
 
@@ -141,6 +159,30 @@ def one_sided_pressures(balloon: Balloon, *, harmonic: int | None = None) -> One
         # at p = 0 the wrinkled tangent has no direction
         found.append(critical_pressure(branch, harmonic=harmonic, at=(1.0, LINEAR[1])))
     return OneSidedPressures(*found)
+
+
+def one_sided_charts(
+    balloon: Balloon, harmonics: Iterable[int] | None = None, *, comm: Any = None
+) -> tuple[HarmonicChart, HarmonicChart, HarmonicChart]:
+    """The critical pressures of each harmonic of the wrinkled, the mean and the taut tangent.
+
+    Args:
+        balloon: prestressed, of tension-field film without hoop slack; one sector will do.
+        harmonics: as for `harmonic_chart`.
+        comm: the ranks that share the work.
+
+    Raises:
+        InputError: another film, hoop slack, no prestress, or no such harmonic.
+        EigenError: a harmonic's problem did not converge.
+
+    Collective.
+    """
+    chosen = None if harmonics is None else tuple(harmonics)
+    wrinkled, mean, taut = (
+        harmonic_chart(_with(balloon, film), chosen, comm=comm, at=(1.0, LINEAR[1]))
+        for film in _films(balloon)
+    )
+    return wrinkled, mean, taut
 
 
 def slack_critical_pressure(balloon: Balloon, *, harmonic: int | None = None) -> CriticalPressure:

@@ -20,9 +20,12 @@ __all__ = [
     "Harmonics",
     "Json",
     "Lift",
+    "Limit",
     "Load",
     "Lobes",
     "Mass",
+    "MeshStudy",
+    "Meshes",
     "OnePressure",
     "Order",
     "Out",
@@ -89,7 +92,7 @@ Prestress = Annotated[
 ]
 State = Annotated[
     str,
-    _option("--state", "STATE", "ideal: held isotensoid (default); inflated: equilibrium.", _RUN),
+    _option("--state", "STATE", "ideal: held ideal shape (default); inflated: equilibrium.", _RUN),
 ]
 Count = Annotated[
     str, _option("--count", "K", "Modes a pressure, 8 by default; a complex pair stays whole.", _RUN)
@@ -102,6 +105,14 @@ Harmonics = Annotated[
     _option("--harmonics", "LIST", "These harmonics only, from one sector: 3, 0:8 or 2,5,7.", _RUN),
 ]
 Harmonic = Annotated[Text, _option("--harmonic", "N", "Modes of this harmonic only.", _RUN)]
+Limit = Annotated[
+    Text, _option("--limit", "P", "Where a search along inflated states ends, 20 kPa by default.", _RUN)
+]
+MeshStudy = Annotated[
+    bool,
+    typer.Option("--mesh-study", help="Refine: does it converge?", rich_help_panel=_RUN),
+]
+Meshes = Annotated[Text, _option("--meshes", "LIST", "Of a mesh study, 18x24,24x32,36x48.", _RUN)]
 Petsc = Annotated[
     Text, _option("--petsc", "OPTIONS", "PETSc options, '-lobefem_inflate_snes_monitor'.", _RUN)
 ]

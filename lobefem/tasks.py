@@ -5,42 +5,44 @@ A solve that fails is part of the outcome: what was reached before it is kept an
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import lobefem
-from lobefem.chart import HarmonicChart, harmonic_chart
-from lobefem.critical import critical_pressure
 from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
 from lobefem.errors import InputError, SolveError
+from lobefem.kink import has_kink, one_sided_modes
 from lobefem.stability import Mode, find_modes
 from lobefem.storage import Snapshot
 
-__all__ = ["STATES", "Outcome", "critical", "harmonics", "inflate", "modes"]
+__all__ = [
+    "KINK",
+    "SCHEMA",
+    "STATES",
+    "Outcome",
+    "Progress",
+    "check_state",
+    "failure",
+    "inflate",
+    "mode_data",
+    "modes",
+    "summary",
+]
 
 SCHEMA = 1  # of the results; a change that a reader must know of raises it
 STATES = ("ideal", "inflated")
 Progress = Callable[[str], None]
 
-_MESH_DEPENDENT = (
-    "the critical pressure of film with fixed wrinkles is a property of the mesh: it tends to 0 "
-    "under refinement, so compare several --divisions"
-)
-_HIGH_HARMONICS = (
-    "critical pressures of film with fixed wrinkles converge under refinement in low harmonics only; from "
-    "about n = 7 on they tend to 0"
-)
 _VERDICT = (
     "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
     "unstable at any; see lobefem critical with several --divisions"
 )
-_KINK = (
-    "the ideal state of tension-field film lies on the border of taut and wrinkled, where its "
-    "tangent jumps; set film.hoop_slack above 0 to choose the wrinkled one"
+KINK = (
+    "the ideal state of tension-field film lies on the border of taut and wrinkled, where its tangent "
+    "jumps: what is shown is the wrinkled side, a lower bound, beside the mean of both sides, an upper one"
 )
 _NO_SLACK = "isotropic film has no slack part, so slack_stiffness has no effect"
 _EQUILIBRIUM = (
@@ -78,7 +80,7 @@ def inflate(design: Design, *, comm: Any = None, progress: Progress | None = Non
         raise InputError(
             f"inflate takes one pressure, not {_list(pressures)}; give one, e.g. --pressure {pressures[-1]:g}"
         )
-    outcome = Outcome(_summary("inflate", design) | dict.fromkeys(_EQUILIBRIUM))
+    outcome = Outcome(summary("inflate", design) | dict.fromkeys(_EQUILIBRIUM))
     balloon = design.balloon(design.surface(comm))
     state: Equilibrium | None
     try:
@@ -89,7 +91,7 @@ def inflate(design: Design, *, comm: Any = None, progress: Progress | None = Non
         outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM}
         outcome.snapshots.append(Snapshot(balloon, state.pressure, state))
     if outcome.error is not None:
-        outcome.results |= _failure(outcome.error)
+        outcome.results |= failure(outcome.error)
     return outcome
 
 
@@ -118,14 +120,15 @@ def modes(
     Raises:
         InputError: an ideal state asked of a cylinder.
     """
-    _check_state(state, design)
-    results = _summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
+    check_state(state, design)
+    results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
     if design.film.law == "fixed-wrinkles":
         results["warnings"].append(_VERDICT)
     if state == "ideal" and design.film.law == "tension-field" and not design.film.hoop_slack:
-        results["warnings"].append(_KINK)
+        results["warnings"].append(KINK)
     outcome = Outcome(results)
     balloon = design.balloon(design.surface(comm), prestressed=True if state == "ideal" else None)
+    two_sided = state == "ideal" and has_kink(balloon)
     previous: Equilibrium | None = None
     for pressure in design.pressure.value:
         try:
@@ -135,10 +138,15 @@ def modes(
                 held = previous = find_equilibrium(balloon, pressure, start=previous, progress=progress)
             if progress is not None:
                 progress(f"modes at {pressure:g} Pa")
-            found = find_modes(held, count, mass=mass, harmonics=harmonics)
+            sides = None
+            if two_sided:
+                sides = one_sided_modes(balloon, pressure, count, mass=mass, harmonics=harmonics)
+                found = sides.wrinkled
+            else:
+                found = find_modes(held, count, mass=mass, harmonics=harmonics)
         except SolveError as error:
             outcome.error = error
-            results |= _failure(error)
+            results |= failure(error)
             last = getattr(error, "state", None)
             if last is not None and last is not previous:
                 outcome.snapshots.append(Snapshot(balloon, last.pressure, last))
@@ -146,7 +154,7 @@ def modes(
         results["pressures"].append(
             {
                 "pressure": pressure,
-                "modes": [_mode(mode) for mode in found.modes],
+                "modes": [mode_data(mode) for mode in found.modes],
                 "stable": found.stable,
                 "symmetric": found.symmetric,
                 "asymmetry": found.asymmetry,
@@ -155,121 +163,18 @@ def modes(
                 "volume": held.volume,
             }
         )
+        if sides is not None:
+            results["pressures"][-1] |= {
+                "mean_modes": [mode_data(mode) for mode in sides.mean.modes],
+                "taut_modes": [mode_data(mode) for mode in sides.taut.modes],
+                "bounds": sides.bounds,
+            }
         outcome.snapshots.append(Snapshot(balloon, pressure, held, found.modes))
     return outcome
 
 
-def critical(
-    design: Design,
-    *,
-    state: str = "ideal",
-    harmonic: int | None = None,
-    comm: Any = None,
-    progress: Progress | None = None,
-) -> Outcome:
-    """The lowest critical pressure of the held ideal geometry. Collective.
-
-    Args:
-        design: what to look at; its own pressure does not matter.
-        state: "ideal"; the path of inflated equilibria is not searched for a critical point.
-        harmonic: look among modes of this circumferential harmonic only.
-        comm: MPI communicator (default: all ranks).
-        progress: called with a line of text now and then.
-
-    Raises:
-        InputError: a state without a linear pencil, or an ideal state asked of a cylinder.
-    """
-    _check_state(state, design)
-    if state != "ideal":
-        raise InputError(
-            "critical works on the ideal state only; for inflated ones follow the sign of the "
-            "lowest eigenvalue with: lobefem modes --state inflated"
-        )
-    results = _summary("critical", design) | {"state": state}
-    if design.film.law == "fixed-wrinkles":
-        results["warnings"].append(_MESH_DEPENDENT)
-    if design.film.law == "tension-field" and not design.film.hoop_slack:
-        results["warnings"].append(_KINK)
-    outcome = Outcome(results)
-    balloon = design.balloon(design.surface(comm), prestressed=True)
-    try:
-        if progress is not None:
-            progress("critical pressure")
-        found = critical_pressure(balloon, harmonic=harmonic)
-    except SolveError as error:
-        outcome.error = error
-        results |= {"critical_pressure": None} | _failure(error)
-        return outcome
-    mode = found.mode
-    results |= {
-        "critical_pressure": found.pressure if math.isfinite(found.pressure) else None,
-        "harmonic": harmonic if mode is None else mode.harmonic,
-        "divisions": found.divisions,
-        "kind": None if mode is None else mode.kind,
-        "residual": None if mode is None else mode.residual,
-        "pressures": found.pressures,
-    }
-    if mode is None:
-        never = "stable at any pressure that the film can bear"
-        results["reason"] = "unstable at any pressure" if found.pressure == 0.0 else never
-    else:
-        outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (mode,)))
-    return outcome
-
-
-def harmonics(
-    design: Design,
-    *,
-    harmonics: tuple[int, ...] | None = None,
-    comm: Any = None,
-    progress: Progress | None = None,
-) -> Outcome:
-    """The critical pressure of each harmonic of the held ideal geometry, from one sector. Collective.
-
-    Args:
-        design: what to look at; its own pressure does not matter.
-        harmonics: which; by default all that the mesh has.
-        comm: MPI communicator (default: all ranks).
-        progress: called with a line of text now and then.
-
-    Raises:
-        InputError: an ideal state asked of a cylinder, an unstructured mesh, a harmonic it lacks.
-    """
-    _check_state("ideal", design)
-    results = _summary("harmonics", design)
-    if design.film.law == "fixed-wrinkles":
-        results["warnings"].append(_HIGH_HARMONICS)
-    if design.film.law == "tension-field" and not design.film.hoop_slack:
-        results["warnings"].append(_KINK)
-    outcome = Outcome(results)
-    balloon = design.balloon(design.surface(comm, sector=True), prestressed=True)
-    try:
-        chart = harmonic_chart(balloon, harmonics, comm=comm, progress=progress)
-    except SolveError as error:
-        outcome.error = error
-        results |= {"critical_pressure": None, "chart": []} | _failure(error)
-        return outcome
-    rows = zip(chart.harmonics, chart.pressures, chart.kinds, chart.residuals, strict=True)
-    results |= {
-        "critical_pressure": chart.pressure if math.isfinite(chart.pressure) else None,
-        "harmonic": chart.lowest,
-        "divisions": chart.divisions,
-        "chart": [
-            {"harmonic": n, "critical_pressure": p, "kind": kind, "residual": residual}
-            for n, p, kind, residual in rows
-        ],
-    }
-    outcome.figures["critical_pressures.png"] = lambda: _chart_figure(chart)
-    return outcome
-
-
-def _chart_figure(chart: HarmonicChart) -> Any:
-    from lobefem.charts import harmonic_pressures
-
-    return harmonic_pressures(chart)
-
-
-def _check_state(state: str, design: Design) -> None:
+def check_state(state: str, design: Design) -> None:
+    """Refuse an unknown kind of state, or one that the design lacks, with an InputError."""
     if state not in STATES:
         raise InputError(f"state {state!r} is unknown; use ideal or inflated")
     if state == "ideal" and not design.has_ideal_state:
@@ -279,7 +184,7 @@ def _check_state(state: str, design: Design) -> None:
         )
 
 
-def _summary(command: str, design: Design) -> dict[str, Any]:
+def summary(command: str, design: Design) -> dict[str, Any]:
     """What every result says about its origin."""
     warnings = []
     if design.film.law == "isotropic" and design.film.slack_stiffness:
@@ -297,7 +202,8 @@ def _summary(command: str, design: Design) -> dict[str, Any]:
     }
 
 
-def _mode(mode: Mode) -> dict[str, Any]:
+def mode_data(mode: Mode) -> dict[str, Any]:
+    """What results say of a mode."""
     return {
         "real": mode.value.real,
         "imag": mode.value.imag,
@@ -308,7 +214,8 @@ def _mode(mode: Mode) -> dict[str, Any]:
     }
 
 
-def _failure(error: SolveError) -> dict[str, Any]:
+def failure(error: SolveError) -> dict[str, Any]:
+    """What results say of a solve that failed."""
     reason = error.data.get("reason", type(error).__name__)
     return {"converged": False, "reason": reason, "error": str(error)}
 

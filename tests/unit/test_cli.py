@@ -12,7 +12,7 @@ import pytest
 from mpi4py import MPI
 
 import lobefem
-from lobefem import cli, console
+from lobefem import cli, console, studies
 from lobefem.design import Design
 from lobefem.errors import ConvergenceError, SolveError
 
@@ -142,6 +142,49 @@ def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared
     some, _ = lobefem_json("harmonics", STACK4, *options, "--harmonics", "5,2:3")
     assert [row["harmonic"] for row in some["chart"]] == [5, 2, 3]
     assert some["chart"][1]["critical_pressure"] == pytest.approx(chart["chart"][2]["critical_pressure"])
+
+
+def test_the_critical_pressure_along_inflated_states(lobefem_json):
+    options = ("--divisions", "12x20", "--limit", "30 kPa")
+    found, code = lobefem_json("critical", SINGLE, *options, "--state", "inflated")
+    assert code == 0
+    held, _ = lobefem_json("critical", SINGLE, "--divisions", "12x20")
+    assert found["critical_pressure"] == pytest.approx(held["critical_pressure"], rel=0.05)
+    assert found["harmonic"] == held["harmonic"]
+    assert found["point"] == "bifurcation"
+    assert found["projection"] < 1e-3
+    assert found["bracket"][0] <= found["critical_pressure"] <= found["bracket"][1] * (1 + 1e-9)
+    low, _ = lobefem_json("critical", SINGLE, "--divisions", "6x10", "--limit", "300", "--state", "inflated")
+    assert low["critical_pressure"] is None
+    assert low["reason"] == "stable up to 300 Pa"
+
+
+def test_a_mesh_study_says_that_fixed_wrinkles_have_no_critical_pressure(lobefem_json, shared_path, comm):
+    folder = shared_path / "study"
+    meshes = ("--meshes", "12x16,18x24,24x32")
+    study, code = lobefem_json("critical", SINGLE, "--mesh-study", *meshes, "--out", folder)
+    assert code == 0
+    assert [row["divisions"] for row in study["meshes"]] == [[12, 16], [18, 24], [24, 32]]
+    assert study["published"] == 4600
+    assert any("no critical pressure" in sentence for sentence in study["verdict"])
+    if comm.rank == 0:
+        assert (folder / "mesh_study.png").stat().st_size > 20_000
+
+
+def test_tension_field_film_has_bounds_at_its_kink(lobefem_json):
+    film = ("--film", "tension-field", "--divisions", "12x20", "--support", "fixed")
+    found, code = lobefem_json("critical", SINGLE, *film)
+    assert code == 0
+    sides = found["sides"]
+    assert sides["wrinkled"] < sides["mean"] < sides["taut"]
+    assert found["bounds"] == [sides["wrinkled"], sides["mean"]]
+    chart, _ = lobefem_json("harmonics", SINGLE, *film)
+    assert chart["bounds"][0] == pytest.approx(sides["wrinkled"], rel=1e-6)
+    assert all(row["critical_pressure"] <= row["upper_bound"] for row in chart["chart"] if row["kind"])
+    modes, _ = lobefem_json("modes", SINGLE, *film, "--count", "2")
+    entry = modes["pressures"][0]
+    assert entry["modes"][0]["real"] < entry["mean_modes"][0]["real"] < entry["taut_modes"][0]["real"]
+    assert "a lower bound" in modes["warnings"][0]
 
 
 def test_modes_of_some_harmonics(lobefem_json):
@@ -316,7 +359,16 @@ def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
         (("harmonics", SINGLE, "--harmonics", "17"),
          "harmonic = 17: a mesh of 32 equal sectors has harmonics 0 to 16; try more divisions"),
         (("harmonics", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
-        (("critical", SINGLE, "--state", "inflated"), "critical works on the ideal state only; "),
+        (("critical", SINGLE, "--state", "inflated", "--harmonic", "2"),
+         "--harmonic looks at the ideal state; leave it out with --state inflated"),
+        (("critical", SINGLE, "--limit", "5 kPa"), "--limit is for the search along inflated states"),
+        (("critical", SINGLE, "--state", "inflated", "--limit", "-5"),
+         "--limit: '-5' is no positive pressure; give pascals"),
+        (("critical", SINGLE, "--limit", "5 m"), "--limit: '5 m' is not a pressure; give pascals"),
+        (("critical", SINGLE, "--meshes", "6x8,8x12"), "add --mesh-study"),
+        (("critical", SINGLE, "--mesh-study", "--harmonic", "2"), "leave out --harmonic, --state"),
+        (("critical", SINGLE, "--mesh-study", "--meshes", "6x8,8"), "--meshes: '6x8,8' is impossible"),
+        (("critical", SINGLE, "--mesh-study", "--meshes", "6x8"), "mesh study"),
         (("critical", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
         (("modes", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
         (("modes", CYLINDER, "--lobes", "2"),
@@ -409,11 +461,10 @@ def test_modes_before_a_failure_are_kept(capfd, monkeypatch, comm):
     ],
 )
 def test_no_critical_pressure_is_said_in_words(lobefem_json, monkeypatch, pressure, reason):
-    from lobefem import tasks
     from lobefem.critical import CriticalPressure
 
     monkeypatch.setattr(
-        tasks, "critical_pressure", lambda balloon, harmonic: CriticalPressure(pressure, None, (), (6, 10))
+        studies, "critical_pressure", lambda balloon, harmonic: CriticalPressure(pressure, None, (), (6, 10))
     )
     results, code = lobefem_json("critical", SINGLE, *COARSE)
     assert code == 0

@@ -1,0 +1,260 @@
+"""What the command line does with a design beyond single states: critical pressures in all their forms."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from lobefem.chart import HarmonicChart, harmonic_chart
+from lobefem.critical import CriticalPressure, critical_pressure
+from lobefem.design import Design
+from lobefem.errors import InputError, SolveError
+from lobefem.kink import has_kink, one_sided_charts, one_sided_pressures, slack_critical_pressure
+from lobefem.mesh_study import DIVISIONS, MeshStudy
+from lobefem.mesh_study import mesh_study as study_meshes
+from lobefem.storage import Snapshot
+from lobefem.tasks import KINK, Outcome, Progress, check_state, failure, summary
+from lobefem.tracing import critical_point
+
+__all__ = ["critical", "harmonics", "mesh_study"]
+
+_MESH_DEPENDENT = (
+    "the critical pressure of film with fixed wrinkles is a property of the mesh: it tends to 0 under "
+    "refinement, see --mesh-study"
+)
+_HIGH_HARMONICS = (
+    "critical pressures of film with fixed wrinkles converge under refinement in low harmonics only; from "
+    "about n = 7 on they tend to 0"
+)
+LIMIT = 2e4  # [Pa], where a search along inflated states gives up
+
+
+def critical(
+    design: Design,
+    *,
+    state: str = "ideal",
+    harmonic: int | None = None,
+    limit: float | None = None,
+    comm: Any = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """The lowest critical pressure, of the held ideal geometry or along the inflated equilibria. Collective.
+
+    Args:
+        design: what to look at; its own pressure does not matter.
+        state: "ideal" or "inflated".
+        harmonic: look among modes of this circumferential harmonic only; of the ideal state.
+        limit: pressure at which a search along inflated states gives up [Pa].
+        comm: MPI communicator (default: all ranks).
+        progress: called with a line of text now and then.
+
+    Raises:
+        InputError: an option that does not go with the state, or an ideal state asked of a cylinder.
+    """
+    check_state(state, design)
+    results = summary("critical", design) | {"state": state}
+    outcome = Outcome(results)
+    if design.film.law == "fixed-wrinkles":
+        results["warnings"].append(_MESH_DEPENDENT)
+    if state == "inflated":
+        if harmonic is not None:
+            raise InputError("--harmonic looks at the ideal state; leave it out with --state inflated")
+        _along_path(outcome, design, LIMIT if limit is None else limit, comm, progress)
+        return outcome
+    if limit is not None:
+        raise InputError("--limit is for the search along inflated states; add --state inflated")
+    balloon = design.balloon(design.surface(comm), prestressed=True)
+    if progress is not None:
+        progress("critical pressure")
+    try:
+        if has_kink(balloon):
+            results["warnings"].append(KINK)
+            sides = one_sided_pressures(balloon, harmonic=harmonic)
+            found = sides.wrinkled
+            results["bounds"] = [_number(p) for p in sides.bounds]
+            results["sides"] = {
+                name: _number(getattr(sides, name).pressure) for name in ("wrinkled", "mean", "taut")
+            }
+        elif design.film.law == "tension-field":
+            found = slack_critical_pressure(balloon, harmonic=harmonic)
+        else:
+            found = critical_pressure(balloon, harmonic=harmonic)
+    except SolveError as error:
+        outcome.error = error
+        results |= {"critical_pressure": None} | failure(error)
+        return outcome
+    results |= _critical(found, harmonic)
+    if found.mode is not None:
+        outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (found.mode,)))
+    return outcome
+
+
+def _critical(found: CriticalPressure, harmonic: int | None) -> dict[str, Any]:
+    mode = found.mode
+    data: dict[str, Any] = {
+        "critical_pressure": _number(found.pressure),
+        "harmonic": harmonic if mode is None else mode.harmonic,
+        "divisions": found.divisions,
+        "kind": None if mode is None else mode.kind,
+        "residual": None if mode is None else mode.residual,
+        "pressures": found.pressures,
+    }
+    if mode is None:
+        never = "stable at any pressure that the film can bear"
+        data["reason"] = "unstable at any pressure" if found.pressure == 0.0 else never
+    return data
+
+
+def _along_path(outcome: Outcome, design: Design, limit: float, comm: Any, progress: Progress | None) -> None:
+    """The first loss of stability along the inflated equilibria, into an outcome."""
+    results = outcome.results
+    balloon = design.balloon(design.surface(comm))
+    try:
+        found = critical_point(balloon, start=min(100.0, limit / 20), limit=limit, progress=progress)
+    except SolveError as error:
+        outcome.error = error
+        results |= {"critical_pressure": None} | failure(error)
+        last = getattr(error, "state", None)
+        if last is not None:
+            outcome.snapshots.append(Snapshot(balloon, last.pressure, last))
+        return
+    mode = found.mode
+    results |= {
+        "critical_pressure": _number(found.pressure),
+        "harmonic": None if mode is None else mode.harmonic,
+        "divisions": found.divisions,
+        "kind": None if mode is None else mode.kind,
+        "residual": None if mode is None else mode.residual,
+        "point": found.point,
+        "projection": found.projection,
+        "bracket": [_number(p) for p in found.bracket],
+        "visited": [list(pair) for pair in found.visited],
+        "limit": limit,
+    }
+    if mode is None:
+        results["reason"] = f"stable up to {limit:g} Pa"
+    modes = () if mode is None else (mode,)
+    outcome.snapshots.append(Snapshot(balloon, found.state.pressure, found.state, modes))
+
+
+def harmonics(
+    design: Design,
+    *,
+    harmonics: tuple[int, ...] | None = None,
+    comm: Any = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """The critical pressure of each harmonic of the held ideal geometry, from one sector. Collective.
+
+    Args:
+        design: what to look at; its own pressure does not matter.
+        harmonics: which; by default all that the mesh has.
+        comm: MPI communicator (default: all ranks).
+        progress: called with a line of text now and then.
+
+    Raises:
+        InputError: an ideal state asked of a cylinder, an unstructured mesh, a harmonic it lacks, or
+            tension-field film with hoop slack, whose tangent is not linear in the pressure.
+    """
+    check_state("ideal", design)
+    results = summary("harmonics", design)
+    if design.film.law == "tension-field" and design.film.hoop_slack:
+        raise InputError(
+            f"film.hoop_slack = {design.film.hoop_slack:g} makes a tangent not linear in the pressure; "
+            "look at one harmonic at a time with lobefem critical --harmonic N"
+        )
+    if design.film.law == "fixed-wrinkles":
+        results["warnings"].append(_HIGH_HARMONICS)
+    outcome = Outcome(results)
+    balloon = design.balloon(design.surface(comm, sector=True), prestressed=True)
+    upper: HarmonicChart | None = None
+    try:
+        if has_kink(balloon):
+            results["warnings"].append(KINK)
+            chart, upper, _ = one_sided_charts(balloon, harmonics, comm=comm)
+        else:
+            chart = harmonic_chart(balloon, harmonics, comm=comm, progress=progress)
+    except SolveError as error:
+        outcome.error = error
+        results |= {"critical_pressure": None, "chart": []} | failure(error)
+        return outcome
+    rows = zip(chart.harmonics, chart.pressures, chart.kinds, chart.residuals, strict=True)
+    results |= {
+        "critical_pressure": _number(chart.pressure),
+        "harmonic": chart.lowest,
+        "divisions": chart.divisions,
+        "chart": [
+            {"harmonic": n, "critical_pressure": p, "kind": kind, "residual": residual}
+            for n, p, kind, residual in rows
+        ],
+    }
+    if upper is not None:
+        for row, pressure in zip(results["chart"], upper.pressures, strict=True):
+            row["upper_bound"] = pressure
+        results["bounds"] = [_number(chart.pressure), _number(upper.pressure)]
+    outcome.figures["critical_pressures.png"] = lambda: _chart_figure(chart)
+    return outcome
+
+
+def mesh_study(
+    design: Design,
+    *,
+    divisions: tuple[tuple[int, int], ...] | None = None,
+    comm: Any = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """Whether the critical pressure of the held ideal geometry converges under refinement. Collective.
+
+    Args:
+        design: what to look at; its own divisions do not matter.
+        divisions: of the meshes, three or more (default: from 18 x 24 to 96 x 128).
+        comm: MPI communicator (default: all ranks).
+        progress: called with a line of text before each mesh.
+
+    Raises:
+        InputError: a film or a mesh that such a study cannot take.
+    """
+    check_state("ideal", design)
+    results = summary("mesh-study", design)
+    outcome = Outcome(results)
+
+    def balloon(pair: tuple[int, int]) -> Any:
+        one = design.with_overrides({"mesh.divisions": list(pair)})
+        return one.balloon(one.surface(comm, sector=True), prestressed=True)
+
+    try:
+        study = study_meshes(balloon, divisions or DIVISIONS, comm=comm, progress=progress)
+    except SolveError as error:
+        outcome.error = error
+        results |= failure(error)
+        return outcome
+    results |= {
+        "meshes": [
+            {"divisions": c.divisions, "critical_pressure": c.pressure, "harmonic": c.lowest}
+            for c in study.charts
+        ],
+        "lowest": vars(study.lowest),
+        "low_harmonics": {n: vars(one) for n, one in study.low.items()},
+        "continuum_of_one_lobe": [vars(one) for one in study.continuum],
+        "published": study.published,
+        "published_around": study.published_around,
+        "verdict": list(study.verdict),
+    }
+    outcome.figures["mesh_study.png"] = lambda: _study_figure(study)
+    return outcome
+
+
+def _number(p: float) -> float | None:
+    return p if math.isfinite(p) else None
+
+
+def _chart_figure(chart: HarmonicChart) -> Any:
+    from lobefem.charts import harmonic_pressures  # Matplotlib only where something is drawn
+
+    return harmonic_pressures(chart)
+
+
+def _study_figure(study: MeshStudy) -> Any:
+    from lobefem.charts import refinement
+
+    return refinement(study)
