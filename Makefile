@@ -5,6 +5,7 @@ VENV ?= .venv
 STACK ?=
 TESTS ?= tests
 OUT ?= out/demo
+ALL ?= out/demos
 DOCS ?= build/docs
 
 # What docker/find-python.sh reads; a system stack (KIND=system) or PyPI's (KIND=wheel), if set.
@@ -18,11 +19,12 @@ mpirun = $(or $(wildcard $(VENV)/bin/mpirun),mpirun)
 run = $(shell grep -sqx system $(VENV)/lobefem-setup && echo docker/entry.sh)
 sources = $(wildcard lobefem tests demos docker docs)
 
-.PHONY: help setup sphinx demo docs links test lint types check clean distclean
+.PHONY: help setup sphinx demo demos docs links test lint types check clean distclean
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
 	@echo "make demo       figures and tables of demos/stability.py in $(OUT)"
+	@echo "make demos      all demos on coarse meshes in $(ALL), about four minutes"
 	@echo "make docs       the documentation in $(DOCS), warnings as errors; make links: its outer links"
 	@echo "make test       the test suite, serial and on two MPI ranks"
 	@echo "make lint       ruff and import-linter"
@@ -33,9 +35,9 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo docs links test lint types check:
+setup demo demos docs links test lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
-		VENV=.venv-debian TESTS="$(TESTS)" OUT="$(OUT)" DOCS="$(DOCS)"
+		VENV=.venv-debian TESTS="$(TESTS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
 
 else ifeq ($(STACK),)
 
@@ -44,6 +46,18 @@ setup:
 
 demo: setup
 	$(run) $(python) demos/stability.py --out $(OUT)
+
+# Coarse enough for a few minutes in all; without --divisions a demo takes the paper's 24 x 32.
+demos: setup
+	$(run) $(python) demos/stability.py --divisions 12x16 --out $(ALL)/stability
+	$(run) $(python) demos/eigenvalues.py --divisions 12x16 --out $(ALL)/eigenvalues
+	$(run) $(python) demos/mesh_study.py --out $(ALL)/mesh_study
+	$(run) $(python) demos/kink.py --divisions 8x16 --out $(ALL)/kink
+	$(run) $(python) demos/form_finding.py --divisions 16x24 --out $(ALL)/form_finding
+	$(run) $(python) demos/load_path.py --divisions 12x16 --out $(ALL)/load_path
+	$(run) $(python) demos/tip_displacement.py --divisions 8x12 --out $(ALL)/tip_displacement
+	$(run) $(python) demos/contact.py --out $(ALL)/contact
+	$(run) $(python) demos/release.py --divisions 8x12 --out $(ALL)/release
 
 # Sphinx is fetched when it is first wanted; the system's versions of what is there already stay.
 sphinx: setup

@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import ast
 import hashlib
-import re
+import importlib.util
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -32,17 +32,26 @@ from lobefem import (
     Balloon,
     EndPlates,
     FixedWrinkles,
+    FormedLobe,
     GasPressure,
     Hoops,
     Isotensoid,
     Isotropic,
+    PrescribedPath,
     TensionField,
+    critical_point,
+    critical_pressure,
+    cylinder,
+    find_form,
     find_modes,
+    harmonic_chart,
     ideal_state,
     inflate,
     lobed_cylinder,
 )
 from lobefem.charts import refinement
+from lobefem.continuum import continuum_pressure
+from lobefem.kink import one_sided_charts
 from lobefem.mesh_study import DIVISIONS, mesh_study
 
 HERE = Path(__file__).parent
@@ -75,6 +84,16 @@ def figure(width: float = 4.6, height: float = 3.2) -> tuple[Figure, Any]:
     axes = drawing.add_subplot()
     axes.spines[["top", "right"]].set_visible(False)
     return drawing, axes
+
+
+def borrowed(path: str) -> Any:
+    """A module of the tests or the demos."""
+    spec = importlib.util.spec_from_file_location(f"borrowed_{Path(path).stem}", ROOT / path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 # --- the parts ----------------------------------------------------------------------------------
@@ -287,13 +306,172 @@ def mesh_studies(out: Path, quick: bool) -> dict[str, str]:
     return {"critical": table(head, rows), "harmonics": table(low_head, low), "verdicts": "\n".join(words)}
 
 
+def fourier(quick: bool) -> str:
+    """Critical pressures of low harmonics beside the Fourier solution of tests/analytic, with orders."""
+    lobe = borrowed("tests/analytic/fourier.py").Lobe
+    low = (2, 3, 4)
+    cases = (
+        ("triangle", 1, ((18, 36), (24, 48), (36, 72))),
+        ("quadrilateral", 2, ((8, 16), (12, 24), (16, 32))),
+    )
+    exact = {n: lobe(n).critical_pressure("fixed") for n in low}
+    rows = [("Fourier solution", *(cell for n in low for cell in (f"{exact[n]:.2f}", "")))]
+    for cell, order, meshes in cases[: 1 if quick else 2]:
+        found = []
+        for divisions in meshes:
+            surface = lobed_cylinder(1, divisions, cell=cell, order=order, sector=True)
+            parts = [GasPressure("film"), EndPlates("fixed")]
+            balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
+            found.append([harmonic_chart(balloon, [n]).pressure for n in low])
+        h = [1 / around for _, around in meshes]
+        errors = np.abs(np.array(found) / [exact[n] for n in low] - 1)
+        rates = [orders(h, column) for column in errors.T]
+        for k, divisions in enumerate(meshes):
+            name = "{} x {}, {} {}s".format(*divisions, ("linear", "quadratic")[order - 1], cell)
+            rows.append((name, *(cell for p, r in zip(found[k], rates, strict=True) for cell in (p, r[k]))))
+    return table(("mesh", *(cell for n in low for cell in (f"n = {n} [Pa]", "order"))), rows)
+
+
+def one_sided(quick: bool) -> str:
+    """Bounds of the tension field's critical pressures at its kink, on a mesh and without one."""
+    low = (2, 4) if quick else (2, 4, 6, 8)
+    film = TensionField(slack_stiffness=0.0)
+    mean = TensionField(slack_stiffness=0.5)  # half of the isotropic hoop stiffness
+    surface = lobed_cylinder(1, (16, 32), cell="quadrilateral", order=2, sector=True)
+    balloon = Balloon(surface, film, [GasPressure("film"), EndPlates("fixed")], prestressed=True)
+    rows = []
+    for n in low:
+        cells = [str(n)]
+        for chart, law in zip(one_sided_charts(balloon, [n]), (film, mean, Isotropic()), strict=True):
+            cells += [f"{p:.0f}" for p in (chart.pressure, continuum_pressure(n, law))]
+        rows.append(cells)
+    sides = ("wrinkled: below", "mean: above", "taut")
+    head = ("n", *(text for side in sides for text in (f"{side} [Pa]", "without a mesh [Pa]")))
+    return table(head, rows)
+
+
+def crossings(quick: bool) -> str:
+    """Where film with fixed wrinkles loses stability on 36 divisions around, held and inflated."""
+    rows = []
+    divisions = (8, 12) if quick else (24, 36)
+    for lobes, paper in ((1, 4600.0), (4, 3000.0)):
+        parts = [GasPressure("film"), Hoops(), EndPlates()]
+        surface = lobed_cylinder(lobes, divisions)
+        balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
+        held = critical_pressure(balloon)
+        low, high = (0.8 if quick else 0.98) * held.pressure, 1.02 * held.pressure
+        inflated = critical_point(balloon, start=low, limit=high, growth=high / low)
+        modes = [f"{c.mode.kind}, n = {c.mode.harmonic}" for c in (held, inflated) if c.mode is not None]
+        name = f"{lobes} lobe{'s' * (lobes > 1)}, {divisions[0]} x {divisions[1]}"
+        rows.append(
+            (name, held.pressure, modes[0], inflated.pressure, modes[1], str(inflated.point), f"{paper:.0f}")
+        )
+    head = ("lobes, mesh of a lobe", "held [Pa]", "mode", "inflated [Pa]", "mode", "point", "paper [Pa]")
+    return table(head, rows)
+
+
+def isotropic_stack(quick: bool) -> str:
+    """Where four inflated lobes of isotropic film lose stability, with and without built-in stress."""
+    rows = []
+    for divisions in ((12, 16),) if quick else ((12, 16), (24, 32)):
+        surface = lobed_cylinder(4, divisions)
+        for load, low, high in (("closed", 2300.0, 3000.0), ("film", 12000.0, 15000.0))[: 1 if quick else 2]:
+            parts = [GasPressure(load), Hoops(), EndPlates()]
+            found = critical_point(
+                Balloon(surface, Isotropic(), parts), start=low, limit=high, growth=high / low, rtol=2e-2
+            )
+            assert found.mode is not None
+            kept = Balloon(surface, Isotropic(), parts, prestressed=True)
+            lowest = find_modes(inflate(kept, high), 2)[0]
+            rows.append(
+                (
+                    "{} x {}".format(*divisions),
+                    f"`{load}`",
+                    f"{found.pressure:.0f}",
+                    f"{found.point}, {found.mode.kind}",
+                    f"{lowest.value.real:.3g} at {high:.0f} Pa ({lowest.kind})",
+                )
+            )
+    head = (
+        "mesh of a lobe",
+        "load",
+        "unstressed film [Pa]",
+        "how",
+        "stress built in: lowest [Pa/m]",
+    )
+    return table(head, rows)
+
+
+def formed_lobes(quick: bool) -> str:
+    """Forms found on meshes beside the closed form."""
+    length = Isotensoid.from_edge_radius().height
+    meshes = ((12, 16),) if quick else ((12, 16), (24, 32), (48, 64))
+    rows = []
+    for p in (0.75, 10.0, 37.5):
+        forms = [find_form(cylinder(2.0, length, divisions), p) for divisions in meshes]
+        exact = FormedLobe.inflated(2.0, length, forms[0].Et, p)
+        rows.append((f"{p:g} Pa, closed form", exact.R0, "", exact.arc_length, exact.m, "", ""))
+        h = [1 / around for _, around in meshes]
+        rates = orders(h, [abs(form.shape.R0 / exact.R0 - 1) for form in forms])
+        for divisions, form, rate in zip(meshes, forms, rates, strict=True):
+            rows.append(
+                (
+                    "{} x {}".format(*divisions),
+                    f"{form.shape.R0:.5f}",
+                    rate,
+                    form.shape.arc_length,
+                    form.shape.m,
+                    f"{1e3 * form.distance:.2f}",
+                    f"{100 * np.ptp(form.tension) / form.tension.mean():.2f} %",
+                )
+            )
+    head = ("mesh", "R0 [m]", "order", "arc [m]", "m", "nodes off a lobe [mm]", "spread of N R")
+    return table(head, rows)
+
+
+def pressurisation(quick: bool) -> dict[str, str]:
+    """The numbers of the paper's fig. 20, and Newton's iterations with the secant and the tangent."""
+    demo = borrowed("demos/load_path.py")
+    divisions = (8, 12) if quick else (24, 32)
+    surface = lobed_cylinder(2, divisions, cell="quadrilateral")
+    path = inflate(demo.stack(surface, PrescribedPath()), demo.PRESSURE)
+    then = demo.stack(surface, TensionField(), load_path=path)
+    states = {
+        "initial stress": inflate(demo.stack(surface, Isotropic(), prestressed=True), demo.PRESSURE),
+        "load path": path,
+        "load path, then the tension field": inflate(then, demo.PRESSURE, start=path),
+    }
+    rows = []
+    for name, state in states.items():
+        stress = demo.along_the_meridian(state)
+        off = np.abs(np.array(stress["phi mean"]) / np.array(stress["eq. 4"]) - 1).max()
+        hoop = demo.residual_hoop_stress(stress)
+        low, high = (f"{hoop[word] / 1e3:.4f}" for word in ("least", "largest"))
+        rows.append((name, f"{100 * off:.2f} %", low, high, f"{100 * hoop['share']:.3g} %"))
+    head = (
+        "method",
+        "worst ring against eq. 4",
+        "least hoop stress [kPa]",
+        "largest [kPa]",
+        "share of eq. 4",
+    )
+    coarse = lobed_cylinder(2, (8, 12), cell="quadrilateral")
+    start = inflate(demo.stack(coarse, PrescribedPath()), demo.PRESSURE)
+    counts = demo.iterations(coarse, start, lambda text: None)
+    laws = [key for key in counts[0] if key not in ("case", "wrinkled")]
+    newton = table(
+        ("from", *laws, "wrinkled"),
+        [(row["case"], *(str(row[law]) for law in laws), f"{100 * row['wrinkled']:.0f} %") for row in counts],
+    )
+    return {"pressurisation": table(head, rows), "iterations": newton}
+
+
 def suite() -> str:
     """What the test suite checks against closed forms: the first lines of its modules."""
     lines = []
     for path in sorted((ROOT / "tests" / "analytic").glob("test_*.py")):
         text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-        first = re.sub(r" \(physics[^)]*\)", "", text.splitlines()[0])
-        lines.append(f"- `{path.name}`: {first}")
+        lines.append(f"- `{path.name}`: {text.splitlines()[0]}")
     return "\n".join(lines) + "\n"
 
 
@@ -306,6 +484,7 @@ def key(quick: bool) -> str:
     for path in [
         *sorted((ROOT / "lobefem").glob("*.py")),
         *sorted((ROOT / "tests/analytic").glob("*.py")),
+        ROOT / "demos/load_path.py",
         HERE / "generate.py",
     ]:
         digest.update(path.read_bytes())
@@ -322,6 +501,12 @@ def generate(out: Path, *, quick: bool = False, say: Any = lambda text: None) ->
         "common_problem": lambda: common_problem(quick),
         "eigenvalues": lambda: eigenvalues(quick),
         "mesh_studies": lambda: mesh_studies(out, quick),
+        "fourier": lambda: fourier(quick),
+        "one_sided": lambda: one_sided(quick),
+        "crossings": lambda: crossings(quick),
+        "isotropic_stack": lambda: isotropic_stack(quick),
+        "formed_lobes": lambda: formed_lobes(quick),
+        "pressurisation": lambda: pressurisation(quick),
         "suite": suite,
     }
     for name, part in parts.items():

@@ -277,18 +277,19 @@ def stable_below(stable: Callable[[float], bool], limit: float, hint: float | No
         hint: a guess of the critical pressure [Pa].
 
     Returns:
-        the pressure; 0 where none down to 1e-3 Pa is stable, inf where all up to `limit` are.
+        the pressure; 0 where none down to 1e-3 Pa is stable, inf where `limit` is. The lowest critical
+        one then lies between the pressure and `limit`.
     """
     starts = [*((0.93 * hint, 0.2 * hint) if hint else ()), 1.0, 1e-3]
     low = next((p for p in starts if stable(p)), 0.0)
     if low == 0.0:
         return 0.0
     step = 1.1 if hint and low == starts[0] else 4.0
-    high = step * low
+    high = min(step * low, limit)
     while stable(high):
-        low, high, step = high, 4 * high, 4.0
-        if low > limit:
+        if high == limit:
             return math.inf
+        low, high = high, min(4 * high, limit)
     while high > 1.1 * low:
         middle = math.sqrt(low * high)
         low, high = (middle, high) if stable(middle) else (low, middle)

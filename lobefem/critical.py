@@ -2,7 +2,7 @@
 
 With the geometry held at the ideal isotensoid and its stress proportional to p, the tangent is
 K(p) = K_m + p K_g, and K_m phi = -p K_g phi has the critical pressures for eigenvalues. Of fixed
-wrinkles the lowest one belongs to the mesh: it tends to zero under refinement (physics, sec. 5).
+wrinkles the lowest one belongs to the mesh: it tends to zero under refinement (docs/theory/continuum.md).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""All modes of one harmonic from one sector of a cyclic mesh (physics: harmonic reduction).
+"""All modes of one harmonic from one sector of a cyclic mesh (docs/theory/harmonics.md).
 
 A structured surface consists of N equal sectors, turned by alpha = 2 pi/N from one to the next. In a
 motion of harmonic n sector j does what sector 0 does, turned by j alpha and multiplied by

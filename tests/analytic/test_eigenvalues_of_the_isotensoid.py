@@ -1,4 +1,4 @@
-"""The eigenvalues that two independent trial codes gave for the held isotensoid (physics sec. 5).
+"""The eigenvalues that two independent trial codes gave for the held isotensoid (paper sec. 5).
 
 R0 = 4.2/1.1 m, 24 x 32 linear triangles a lobe cut the same way, N_phi = p R0^2/(2 R) at quadrature points
 of degree 4, bottom clamped, bar of fixed length, unit areal mass, p = 1000 Pa.
@@ -106,7 +106,7 @@ def test_table_of_eigenvalues(comm, case):
     else:
         assert modes.asymmetry > 1e-6
         if case[:2] == (1, WRINKLED):
-            # physics sec. 5 gives 2.8e-3 with the top centre's displacement [m] as unknown. Here it is
+            # the trial codes found 2.8e-3 with the top centre's displacement [m] as unknown. Here it is
             # the bar's tilt [rad], whose entry is the largest of K and has L^2, the asymmetry L
             assert modes.asymmetry * SHAPE.height == pytest.approx(2.8e-3, rel=0.02)
 

@@ -1,4 +1,4 @@
-"""Flat films blown up: Hencky's disc, the mylar balloon, the square airbag (physics sec. 7).
+"""Flat films blown up: Hencky's disc, the mylar balloon, the square airbag.
 
 A flat unstressed film has no transverse stiffness, so that Newton's method has no step to take from
 it: every case starts from a guessed dome. The equilibrium does not depend on the guess.
@@ -108,7 +108,7 @@ def inflated_disc(comm, rings, load):
 
 def test_hencky_disc_rises_as_the_exact_membrane(comm):
     exact = membrane_rise()
-    # physics sec. 7 gives 32.8 mm: Hencky's own number. At 23 % rise the follower pressure and the
+    # The literature has 32.8 mm, Hencky's own number. At 23 % rise the follower pressure and the
     # full strain, which lobefem has, make it 33.14 mm
     assert hencky_rise() == pytest.approx(32.8e-3, abs=0.05e-3)
     assert exact == pytest.approx(33.142e-3, abs=0.001e-3)
@@ -144,10 +144,10 @@ def test_mylar_balloon(comm):
 
     One disc, its rim free to slide in the plane z = 0; p a/E t falls to 1e-4. The film wrinkles
     everywhere, and a film that wrinkles along fixed spokes is unstable against folds of many
-    harmonics (physics sec. 5): a mesh mirrored at every spoke keeps Newton on the round branch.
+    harmonics (docs/theory/continuum.md): a mesh mirrored at every spoke keeps Newton on the round branch.
     """
     shape = Isotensoid(1 / 1.3110287771461)  # quarter meridian 1.31103 R0 = a
-    equator, volume = 0.7628, 1.2185  # physics sec. 7
+    equator, volume = 0.7628, 1.2185  # of the mylar balloon: Paulsen 1994
     np.testing.assert_allclose([shape.R0, 2.74581 * shape.R0**3], [equator, volume], atol=5e-5)
     top = 0.59907 * shape.R0
     found = []

@@ -31,7 +31,7 @@ def test_unstressed_stack_inflates_to_5_pascals(comm, film, divisions, order):
     assert state.steps == (5.0,)  # in one go
     assert state.relative_residual < 1e-8
     if (divisions, order) == ((24, 32), 1):
-        # 24 x 32 facets of the paper design enclose 590.74 m^3 (physics sec. 1)
+        # 24 x 32 facets of the paper design enclose 590.74 m^3 (docs/validation.md)
         assert balloon.reference_volume == pytest.approx(590.74, abs=0.005)
     if order == 2:
         assert balloon.reference_volume == pytest.approx(595.64, rel=2e-4)
@@ -61,7 +61,7 @@ def test_equator_resultant_of_the_prestressed_state(comm):
 @pytest.mark.parametrize("film", [FixedWrinkles(), TensionField(), Isotropic()])
 @pytest.mark.parametrize("load", ["film", "closed"])
 def test_ideal_state_is_nearly_in_equilibrium_and_more_so_on_finer_meshes(comm, film, load):
-    """Residual against the load's size; the hoops and the bar of free-body statics (physics sec. 1)."""
+    """Residual against the load's size; the hoops and the bar of free-body statics (docs/theory/shape.md)."""
     residuals = []
     for divisions in ((12, 16), (24, 32)):
         balloon = stack(comm, film, divisions, lobes=4, load=load, prestressed=True)

@@ -1,4 +1,4 @@
-"""Tension fields with known answers: a strip and a tube in bending, a sheared panel (physics sec. 7).
+"""Tension fields with known answers: a strip and a tube in bending, a sheared panel.
 
 The two flat films have no pressure: their edges are held at displacements, and forces are read off.
 """
@@ -102,7 +102,7 @@ class Rays:
 
         tan 2 angle = -U/W:
 
-    one constant angle, 45 degrees without W. The panel of physics sec. 7 is not that long: 47 degrees.
+    one constant angle, 45 degrees without W. This panel is not that long: 47 degrees.
 
     Attributes:
         long: the constant angle [degrees].

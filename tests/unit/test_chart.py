@@ -86,6 +86,9 @@ def test_the_bracket_finds_the_critical_pressure_from_any_hint(hint):
 def test_the_bracket_says_never_and_always():
     assert stable_below(lambda p: True, 1e6) == np.inf
     assert stable_below(lambda p: False, 1e6, 10.0) == 0.0
+    # 1.05e6 is beyond the limit, though a search in steps would pass both at once
+    assert stable_below(lambda p: p < 1.05e6, 1e6) == np.inf
+    assert 0.9e6 < stable_below(lambda p: p < 0.999e6, 1e6) < 0.999e6
 
 
 @pytest.mark.parametrize(("load", "lobes", "n"), [("closed", 1, 3), ("film", 3, 1)])

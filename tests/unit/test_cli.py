@@ -83,7 +83,7 @@ def test_the_common_problem(lobefem_json):
 
 
 def test_the_modes_of_the_single_lobe(lobefem_json):
-    """physics.md sec. 5, R0 = 4.2/1.1 m: 47.70 +- 0.031i (sway), 156.6 (twist), both to 1 %."""
+    """docs/validation.md, R0 = 4.2/1.1 m: 47.70 +- 0.031i (sway), 156.6 (twist), both to 1 %."""
     radius = lobefem.Isotensoid(4.2 / 1.1).edge_radius
     results, code = lobefem_json(
         "modes", SINGLE, "--edge-radius", repr(radius), "--count", "3",

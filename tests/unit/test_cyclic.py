@@ -1,4 +1,4 @@
-"""One sector against the full model (physics: harmonic reduction)."""
+"""One sector against the full model (docs/theory/harmonics.md)."""
 
 import numpy as np
 import pytest
@@ -194,7 +194,7 @@ def test_critical_pressure_of_a_harmonic_is_that_of_the_full_model():
 
 @pytest.mark.parametrize(("n", "continuum"), [(2, 33817.0), (3, 12935.0)])
 def test_low_harmonics_converge_to_the_continuum(n, continuum):
-    """Physics, sec. 5: one lobe, rims held, Fourier in theta; the order is 4 in the cell size."""
+    """docs/theory/continuum.md: one lobe, rims held, Fourier in theta; the order is 4 in the cell size."""
     errors = []
     for divisions in ((9, 12), (18, 24)):
         surface = lobed_cylinder(1, divisions, order=2)

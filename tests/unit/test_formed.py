@@ -114,7 +114,7 @@ def test_inflated_cylinder_by_shooting(pressure):
 def test_stiffness_with_which_a_pressure_forms_the_isotensoid():
     radius, length = DESIGN.edge_radius, DESIGN.height
     stretch = DESIGN.arc_length / length
-    assert stretch == pytest.approx(1.4215, abs=1e-4)  # physics: 42 % along the meridian
+    assert stretch == pytest.approx(1.4215, abs=1e-4)  # 42 % along the meridian
     Et = isotensoid_stiffness(radius, length, 37.5)
     assert Et == pytest.approx(37.5 * DESIGN.R0**2 / (radius * stretch * (stretch**2 - 1)), rel=1e-12)
     assert Et == pytest.approx(187.49, abs=0.005)

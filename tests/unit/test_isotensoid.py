@@ -1,4 +1,4 @@
-"""The closed-form shape against the physics notes' numbers, quadrature, an ODE and equilibrium."""
+"""The closed-form shape against known numbers, quadrature, an ODE and equilibrium."""
 
 import math
 

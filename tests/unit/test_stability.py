@@ -158,7 +158,7 @@ def test_critical_pressure_is_where_the_lowest_eigenvalue_vanishes(comm, lobes):
 
 
 def test_finer_meshes_lower_the_critical_pressure(comm):
-    """A property of the mesh (physics sec. 5): 24 around 11 900 Pa, 32 5 700 Pa, rims held."""
+    """A property of the mesh (docs/theory/continuum.md): 24 around 11 900 Pa, 32 5 700 Pa, rims held."""
     found = [
         critical_pressure(stack(comm, FixedWrinkles(), divisions=(24, n), support="fixed")).pressure
         for n in (24, 32)

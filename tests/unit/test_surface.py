@@ -209,7 +209,7 @@ def test_unstructured_volume_and_area_converge(comm, cell, order, expected):
 def test_the_papers_stack_has_the_published_volumes(comm):
     surface = lobed_cylinder(comm=comm)
     assert 4 * surface.shape.volume == pytest.approx(595.64, abs=5e-3)
-    assert volume(surface) == pytest.approx(590.74, abs=5e-3)  # physics section 1
+    assert volume(surface) == pytest.approx(590.74, abs=5e-3)  # that of the facets (docs/validation.md)
     # the flat facets of a row are the sides of a frustum of a 32-sided pyramid
     R = surface.shape.radius(surface.shape.stations(24))
     dz = np.diff(surface.shape.z(surface.shape.stations(24)))
