@@ -10,6 +10,12 @@ import lobefem._dolfinx  # noqa: F401  first of all: it finds the stack and orde
 from mpi4py import MPI
 
 
+def pytest_collection_finish(session):
+    """What the imported modules hold stays: a hundred thousand objects that no later collection looks at."""
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture
 def comm():
     return MPI.COMM_WORLD

@@ -7,8 +7,8 @@ from mpi4py import MPI
 
 
 def test_demo_of_the_kink(shared_path):
-    numbers = load("kink").run((8, 16), out=shared_path, harmonics=(2, 3), around=(12, 16))
-    for row, exact in zip(numbers["critical"], (45124, 19269), strict=True):
+    numbers = load("kink").run((8, 16), out=shared_path, harmonics=(2,), around=(12, 16))
+    for row, exact in zip(numbers["critical"], (45124,), strict=True):
         # the continuum's values of the wrinkled tangent, and what slack takes from them
         assert row["wrinkled"] == pytest.approx(exact, rel=0.03)
         values = [row["taut"], row["mean"], row["wrinkled"], *row["slack"].values()]

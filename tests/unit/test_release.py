@@ -87,7 +87,7 @@ def test_the_ledger_closes_and_nothing_but_damping_takes_energy(comm):
 def test_film_load_works_on_the_plates_centres(comm):
     """p dV is not all the work of a `film` load: without the plates' share the ledger stays open."""
     balloon, rest = stack(comm, "film")
-    found = release(swayed(balloon, 4.0), undistorted=rest, tolerance=2e-4)
+    found = release(swayed(balloon, 2.0), undistorted=rest, tolerance=2e-4, count=1)
     assert found.ledger.error < 1e-2
     volume = 5.0 * (found.history[-1].volume - found.history[0].volume)
     assert abs(found.ledger.pressure - volume) > 0.0
