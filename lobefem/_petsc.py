@@ -40,14 +40,21 @@ def options(prefix: str, values: Mapping[str, Any]) -> Iterator[None]:
 
 
 def set_direct_solver(ksp: Any, symmetric: bool) -> None:
-    """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not."""
+    """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not.
+
+    MUMPS's options stay in PETSc's database under the solver's prefix: PETSc reads them whenever it makes
+    a factor's matrix, which is when there are operators, and again after `PC.reset`.
+    """
     ksp.setType(PETSc.KSP.Type.PREONLY)
     pc = ksp.getPC()
     pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
     pc.setFactorSolverType("mumps")
-    with options(pc.getOptionsPrefix() or "", _MUMPS):
-        pc.setFromOptions()
-        ksp.setFromOptions()
+    database: Any = PETSc.Options(pc.getOptionsPrefix() or "")
+    for name, value in _MUMPS.items():
+        if not database.hasName(name):  # the user's own
+            database[name] = value
+    pc.setFromOptions()
+    ksp.setFromOptions()
 
 
 def asymmetry(matrix: Any) -> float:

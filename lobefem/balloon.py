@@ -106,6 +106,7 @@ class Balloon:
         self.contact = self._self_contact(sorted_parts.contact) if sorted_parts.contact is not None else None
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._tangents: dict[int, Any] = {}
+        self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
         self._mass: Any = None
         self.reference_area = self.integrate(fem.Constant(self.mesh, 1.0) * self.forms.dx)
         X = ufl.SpatialCoordinate(self.mesh)
@@ -248,9 +249,16 @@ class Balloon:
         return gradient, hessian
 
     def _assemble_residual(self) -> Array:
+        """The nodal residual at `u`, kept for the tangent that is asked for next. Collective."""
+        key = np.append(self.u.x.array, (self.pressure.value, self.prestress.value))
+        kept = self._residual_at.get("key")
+        if self.comm.allreduce(kept is not None and np.array_equal(kept, key), op=MPI.LAND):
+            return self._residual_vector.array_r
+        self._residual_at.clear()
         r = _assemble(self._residual_vector, self.forms.residual)
         if self.contact is not None:
             r.array[:] += self.contact.gradient(self.u)
+        self._residual_at["key"] = key
         return r.array_r
 
     def residual(self, q: Any, out: Any) -> None:
@@ -269,16 +277,23 @@ class Balloon:
             return 0.0
         return float(gradient @ self.guide.rate(self.map.parameters(q))) + self.map.push_force(r)
 
-    def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False) -> Any:
+    def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False, before: Any = None) -> Any:
         """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
 
         Args:
             q: unknowns.
             slot: calls with another slot keep a matrix of their own.
             iteration: True for the matrix that the film wants in Newton's method, maybe a secant.
+            before: the unknowns before the last Newton step, for a matrix with the stress that is
+                linear in that step (`WeakForms.predicted`); with `iteration` only.
         """
-        self._w, dw, d2w = self.map.displace(q, self.u)
         form = self.forms.iteration if iteration else self.forms.tangent
+        if before is not None:
+            form, increment = self.forms.predicted, self.forms.increment
+            self.map.displace(before, increment)
+        self._w, dw, d2w = self.map.displace(q, self.u)
+        if before is not None:
+            increment.x.array[:] = self.u.x.array - increment.x.array
         K = _dolfinx.assemble_matrix(self._full_tangent, form)
         J = self.map.jacobian(self._w, dw)
         reduced = K.ptap(J, result=self._tangents.get(slot))

@@ -35,6 +35,8 @@ __all__ = ["Contact", "ContactReport", "SelfContact"]
 
 Array = npt.NDArray[np.float64]
 
+# s of `Contact._around` over the activation distance
+_REACH = 1.0
 SHARE = 0.25  # of the smallest distance at rest between facets that share no node
 _FAILED = "ipctk failed ({}); try a smaller step"
 
@@ -123,6 +125,7 @@ class Contact:
         self._found: dict[str, Any] = {}
         self._matrices: dict[tuple[int, int], tuple[Any, Any]] = {}
         self._last: Array | None = None
+        self._candidates: tuple[Array, Any] | None = None
         self.new_pattern = False
         self.rest_gap = self.gap(np.zeros(self._nodes.owned))
         self.activation = part.activation if part.activation is not None else SHARE * self.rest_gap
@@ -171,16 +174,46 @@ class Contact:
         """Positions of all collision vertices, on rank 0."""
         return self._look_up("x", lambda: self._mesh.displace_vertices(self._last))
 
-    def _pairs_within(self, distance: float) -> Any:
+    def _no_pairs(self) -> Any:
         found = self._ipctk.NormalCollisions()
         found.use_area_weighting = True
         found.collision_set_type = self._ipctk.NormalCollisions.IMPROVED_MAX_APPROX
+        return found
+
+    def _pairs_within(self, distance: float) -> Any:
+        found = self._no_pairs()
         found.build(self._mesh, self._x, distance)
         return found
 
+    def _around(self, x: Array, *others: Array) -> Any:
+        """Candidates for contact at x, None where they miss some on the way to other positions. On rank 0.
+
+        The pairs nearer than d + 2 s, d the activation distance, are found by the broad phase once. While
+        no node is farther than s from where it was then, every other pair is d apart at least: the list
+        (Verlet 1967) holds all that is felt, and all that can touch on a straight way between two such
+        positions.
+        """
+        reach = _REACH * self.activation
+
+        def within(there: Array) -> bool:
+            return float(np.square(there - centre).sum(axis=1).max()) <= reach**2
+
+        centre, found = self._candidates or (x, None)
+        if found is None or not within(x):
+            centre, found = x, self._ipctk.Candidates()
+            # each of two boxes is made larger by this
+            found.build(self._mesh, x, self.activation / 2 + reach)
+            self._candidates = centre, found
+        return found if all(map(within, others)) else None
+
     @property
     def _pairs(self) -> Any:
-        return self._look_up("pairs", lambda: self._pairs_within(self.activation))
+        def build() -> Any:
+            found = self._no_pairs()
+            found.build(self._around(self._x), self._mesh, self._x, self.activation)
+            return found
+
+        return self._look_up("pairs", build)
 
     @property
     def _barrier(self) -> Any:
@@ -307,6 +340,10 @@ class Contact:
             end_x = self._mesh.displace_vertices(there)
             # additive CCD: the default, tight inclusion, takes seconds where film almost touches
             ccd = self._ipctk.AdditiveCCD()
+            # of the end first: its pairs are asked for next
+            near = self._around(end_x, self._x)
+            if near is not None:
+                return near.compute_collision_free_stepsize(self._mesh, self._x, end_x, narrow_phase_ccd=ccd)
             return self._ipctk.compute_collision_free_stepsize(
                 self._mesh, self._x, end_x, narrow_phase_ccd=ccd
             )

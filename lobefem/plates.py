@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -35,8 +36,17 @@ def _sinc_series(x: float, first: int) -> tuple[float, float, float]:
     """Value and two derivatives of sum_k (-x)^k/(2k + first)! in x = t^2, for |t| < 2 pi.
 
     first = 1 gives sin t/t, first = 2 gives (1 - cos t)/t^2; the series converges to round-off over
-    the whole range and has no 0/0.
+    the whole range and has no 0/0. Beyond it, where a Newton step may go astray, the closed forms hold.
     """
+    if x > 36.0:
+        t = math.sqrt(x)
+        f = math.sin(t) / t
+        df = (math.cos(t) - f) / (2 * x)
+        if first == 1:
+            return f, df, -(6 * df + f) / (4 * x)
+        g = (1 - math.cos(t)) / x
+        dg = (f / 2 - g) / x
+        return g, dg, (df / 2 - 2 * dg) / x
     value = d1 = d2 = 0.0
     for k in range(32):
         c = (-1.0) ** k / math.factorial(2 * k + first)
@@ -64,7 +74,12 @@ def rotation(theta: Array) -> tuple[Array, Array, Array]:
     Returns:
         R (3, 3), dR (3, 3, 3) with dR[a] = dR/dtheta_a, d2R (3, 3, 3, 3).
     """
-    theta = np.asarray(theta, dtype=float)
+    return _rotation(*np.asarray(theta, dtype=float).tolist())
+
+
+@lru_cache(maxsize=8)  # map, residual and tangent ask for the same ones
+def _rotation(*components: float) -> tuple[Array, Array, Array]:
+    theta = np.array(components)
     x = float(theta @ theta)
     a, a1, a2 = sinc(x)
     b, b1, b2 = _sinc_series(x, 2)
@@ -87,6 +102,8 @@ def rotation(theta: Array) -> tuple[Array, Array, Array]:
         + mixed.transpose(1, 0, 2, 3)
         + b * d2K2
     )
+    for result in (R, dR, d2R):
+        result.flags.writeable = False
     return R, dR, d2R
 
 

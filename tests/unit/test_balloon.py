@@ -375,3 +375,47 @@ def test_plate_load_has_its_work_as_energy_and_itself_as_residual(comm):
 def test_plate_load_needs_a_plate_that_moves(comm, parts):
     with pytest.raises(InputError, match=r"^PlateLoad\(.* needs EndPlates of which the top one moves"):
         Balloon(cylinder(1.0, 2.0, (3, 6), comm=comm), Isotropic(), [*parts, PlateLoad()])
+
+
+@pytest.mark.parametrize("load", ["closed", "film"])
+def test_the_predicted_tangent_leaves_out_what_is_quadratic_in_the_last_step(comm, load):
+    """d.(K_predicted - K) d = -4 c of the strain energy's term c s^4 along a step s d, its fourth difference.
+
+    E(u + s d) has the term s^2 q(d)/2, so that c is the integral of q : C q/8; the volume is a cubic.
+    """
+    balloon = stack(comm, Isotropic(), EndPlates("fixed"), load, prestressed=True)
+    balloon.set_loads(PRESSURE, PRESSURE)
+    q = unknowns(balloon, 0.05 * wavy(nodes(balloon), 1))
+    d = unknowns(balloon, 0.3 * wavy(nodes(balloon), 2))
+
+    def curvature(before):
+        Kd = d.duplicate()
+        balloon.tangent(q, iteration=True, before=before).mult(d, Kd)
+        return Kd.dot(d)
+
+    def energy(s):
+        balloon.place(moved(q, s, d))
+        return balloon.strain_energy()
+
+    fourth = sum(w * energy(s) for w, s in zip((1, -4, 6, -4, 1), range(-2, 3), strict=True)) / 24
+    exact = curvature(None)
+    assert curvature(q) == pytest.approx(exact, rel=1e-12)
+    assert fourth > 1e-3 * abs(exact)
+    assert curvature(moved(q, -1.0, d)) - exact == pytest.approx(-4 * fourth, rel=1e-6)
+
+
+def test_a_residual_is_assembled_anew_where_anything_changed(comm):
+    """The tangent takes the last residual's nodal forces only at the same displacement and loads."""
+    plates = EndPlates("pinned")
+    one, other = (stack(comm, Isotropic(), plates, "closed", prestressed=True) for _ in range(2))
+    q = unknowns(one, 0.05 * wavy(nodes(one), 1), 0.02)
+    r = q.duplicate()
+    for u, loads in ((1.0, (1e3, 0.0)), (1.0, (2e3, 0.0)), (1.0, (2e3, 1e3)), (0.5, (2e3, 1e3))):
+        one.set_loads(*loads)
+        at = moved(q, u - 1.0, q)
+        one.residual(at, r)
+        fresh = stack(comm, Isotropic(), plates, "closed", prestressed=True) if u != 1.0 else other
+        fresh.set_loads(*loads)
+        difference = one.tangent(at).copy()
+        difference.axpy(-1.0, fresh.tangent(at))
+        assert difference.norm() == 0.0

@@ -253,3 +253,32 @@ def test_gap_force_and_energy_are_those_of_the_serial_run(comm):
         q, q1 = pinched(whole), pinched(alone)
         v = whole.tangent(q).norm()
         assert v == pytest.approx(alone.tangent(q1).norm(), rel=1e-9)
+
+
+def test_the_list_of_near_pairs_serves_while_the_film_moves_little(comm):
+    """Energy, forces and free share along a way, by a list from its beginning and by a new one each time."""
+    balloon = stack(comm)
+    contact = balloon.contact
+    start, end = (pinched(balloon, share) for share in (3.0, 0.5))
+    for s in np.linspace(0, 1, 9):
+        q = start.copy()
+        q.scale(1 - s)
+        q.axpy(s, end)
+        far = q.copy()
+        far.axpy(-1.0, end)
+        far.scale(-3.0)
+        for step, size in ((far, 1.0), (far, 1e-2)):
+            step.scale(size)
+            share = balloon.free_share(q, step)
+            contact._candidates = None
+            assert balloon.free_share(q, step) == pytest.approx(share, rel=1e-9)
+        balloon.place(q)
+        contact._found.clear()
+        force, energy = contact.gradient(balloon.u), contact.energy(balloon.u)
+        kept = contact._candidates
+        contact._found.clear()
+        contact._candidates = None
+        assert contact.energy(balloon.u) == pytest.approx(energy, rel=1e-12)
+        np.testing.assert_allclose(contact.gradient(balloon.u), force, rtol=1e-9, atol=1e-12)
+        contact._candidates = kept
+    assert energy > 0.01

@@ -54,13 +54,22 @@ def test_inertia(comm, negative):
     assert _petsc.num_negative(matrix(comm, Q * values @ Q.T)) == negative
 
 
+@pytest.fixture
+def prefix():
+    """A solver's options prefix, and none of its options left afterwards."""
+    yield "lobefem_test_"
+    database = PETSc.Options()
+    for name in [name for name in database.getAll() if name.startswith("lobefem_test_")]:
+        database.delValue(name)
+
+
 @pytest.mark.parametrize("symmetric", [True, False])
-def test_direct_solver(comm, symmetric):
+def test_direct_solver(comm, prefix, symmetric):
     A = random(10) + 8 * np.eye(10)
     A = A + A.T if symmetric else A
     M = matrix(comm, A)
     ksp = PETSc.KSP().create(comm)
-    ksp.setOptionsPrefix("lobefem_test_")
+    ksp.setOptionsPrefix(prefix)
     ksp.setOperators(M)
     _petsc.set_direct_solver(ksp, symmetric)
     x, b = M.createVecs()
@@ -70,4 +79,19 @@ def test_direct_solver(comm, symmetric):
     ksp.solve(b, x)
     np.testing.assert_allclose(x.array_r, 1.0, rtol=1e-12)
     assert ksp.getPC().getType() == ("cholesky" if symmetric else "lu")
-    assert not [name for name in PETSc.Options().getAll() if name.startswith("lobefem_test_")]
+
+
+def test_mumps_options_reach_a_solver_without_operators(comm, prefix):
+    """As SNES and TS have it: the matrix comes later, and a new factor after a reset."""
+    ksp = PETSc.KSP().create(comm)
+    ksp.setOptionsPrefix(prefix)
+    PETSc.Options(prefix)["mat_mumps_icntl_14"] = 70
+    _petsc.set_direct_solver(ksp, True)
+    ksp.setOperators(matrix(comm, np.eye(5)))
+    for _ in range(2):
+        ksp.setUp()
+        factor = ksp.getPC().getFactorMatrix()
+        assert factor.getMumpsIcntl(24) == 1
+        assert factor.getMumpsIcntl(14) == 70  # the user's
+        ksp.getPC().reset()
+        ksp.setOperators(matrix(comm, 2 * np.eye(5)))

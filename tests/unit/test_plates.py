@@ -209,3 +209,18 @@ def test_errors(arguments, text):
 def test_plate_load_takes_three_finite_numbers(name, bad):
     with pytest.raises(InputError, match=rf"^a plate's {name} is .*; give three finite numbers"):
         PlateLoad(**{name: bad})
+
+
+@pytest.mark.parametrize("length", [6.5, 40.0, 1e9])
+def test_a_turn_beyond_a_whole_one(length):
+    """Where a Newton step goes astray: no overflow, and a rotation with its derivatives as before."""
+    theta = length * np.array([0.6, 0.0, -0.8])
+    R, dR, d2R = rotation(theta)
+    np.testing.assert_allclose(R, Rotation.from_rotvec(theta).as_matrix(), atol=1e-6)
+    if length < 100:
+        h = 1e-5
+        for i in range(3):
+            e = h * np.eye(3)[i]
+            after, before = rotation(theta + e), rotation(theta - e)
+            np.testing.assert_allclose((after[0] - before[0]) / (2 * h), dR[i], atol=1e-8)
+            np.testing.assert_allclose((after[1] - before[1]) / (2 * h), d2R[i], atol=1e-8)
