@@ -20,6 +20,7 @@ from lobefem import _dolfinx
 import basix.ufl
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from lobefem.contact import Contact, SelfContact
