@@ -17,9 +17,9 @@ python = $(VENV)/bin/python
 # The stack brings its own mpirun (wheel) or has the system's; the latter also wants docker/entry.sh.
 mpirun = $(or $(wildcard $(VENV)/bin/mpirun),mpirun)
 run = $(shell grep -sqx system $(VENV)/lobefem-setup && echo docker/entry.sh)
-sources = $(wildcard lobefem tests demos docker docs)
+sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
-.PHONY: help setup sphinx demo demos docs links test lint types check clean distclean
+.PHONY: help setup sphinx demo demos docs links test bench bench-peers lint types check clean distclean
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
@@ -27,6 +27,8 @@ help:
 	@echo "make demos      all demos on coarse meshes in $(ALL), about four minutes"
 	@echo "make docs       the documentation in $(DOCS), warnings as errors; make links: its outer links"
 	@echo "make test       the test suite, serial and on two MPI ranks"
+	@echo "make bench      the common problem by lobefem and the other programs, in out/bench; about an hour"
+	@echo "make bench-peers  get the other programs, into .peers; BENCH='--runs 3 --meshes 24x32' chooses"
 	@echo "make lint       ruff and import-linter"
 	@echo "make types      mypy"
 	@echo "make check      lint and types"
@@ -35,7 +37,7 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo demos docs links test lint types check:
+setup demo demos docs links test bench lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
 		VENV=.venv-debian TESTS="$(TESTS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
 
@@ -80,6 +82,12 @@ test: setup
 	$(run) $(python) -m pytest -q $(TESTS)
 	$(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider --color=no $(TESTS) </dev/null
 
+bench: setup
+	$(run) $(python) -m benchmarks.compare $(BENCH)
+
+bench-peers: setup
+	benchmarks/install_peers.sh $(python)
+
 lint: setup
 	$(python) -m ruff check $(sources)
 	$(python) -m ruff format --check $(sources)
@@ -99,6 +107,6 @@ clean:
 	find lobefem tests demos docker docs -name __pycache__ -prune -exec rm -rf {} +
 
 distclean: clean
-	rm -rf .venv .venv-debian *.egg-info
+	rm -rf .venv .venv-debian .peers *.egg-info
 	docker/debian-root.sh --remove
 	rm -f .debian.lock

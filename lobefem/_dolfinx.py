@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem.errors import MissingDependencyError
+from lobefem.profiling import timed
 
 with contextlib.suppress(ModuleNotFoundError):
     # PyPI's wheel stack must be imported under this name first; Debian has no such package
@@ -82,6 +83,7 @@ def create_mesh(comm: Any, cells: npt.NDArray[np.int64], element: Any, x: npt.ND
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=x, e=element, partitioner=shared_facet_partitioner())
 
 
+@timed("form compilation")
 def form(expression: Any, cache_dir: Path | None = None) -> Any:
     """Compile a UFL form, into another cache than the user's if one is given.
 

@@ -35,6 +35,7 @@ from lobefem.lobe import Lobe
 from lobefem.parts import Parts
 from lobefem.plate_forces import PlateForces
 from lobefem.plates import PlateLoad
+from lobefem.profiling import timed
 from lobefem.supports import constraint_map, edge_nodes, integral, plate_motion
 
 __all__ = ["Balloon"]
@@ -64,6 +65,7 @@ class Balloon:
     Collective.
     """
 
+    @timed("set-up")
     def __init__(
         self,
         surface: Any,
@@ -202,6 +204,7 @@ class Balloon:
             w, _, _ = self.map.plate_parameters(self.map.parameters(q))
             self.plate_forces.freeze(w)
 
+    @timed("energy")
     def energy(self, q: Any) -> tuple[float, float]:
         """Potential energy at q [J]: of strain, -p (V - V of the reference shape), dead load. Collective.
 
@@ -262,6 +265,7 @@ class Balloon:
         self._residual_at["key"] = key
         return r.array_r
 
+    @timed("residual")
     def residual(self, q: Any, out: Any) -> None:
         """Write the reduced residual at q [N, N m] into `out`. Collective."""
         self._w, dw, _ = self.map.displace(q, self.u)
@@ -278,6 +282,7 @@ class Balloon:
             return 0.0
         return float(gradient @ self.guide.rate(self.map.parameters(q))) + self.map.push_force(r)
 
+    @timed("tangent")
     def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False, before: Any = None) -> Any:
         """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
 

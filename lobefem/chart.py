@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import scipy.optimize
 
 from lobefem._banded import HERMITIAN, Band, asymmetry, lowest, most_negative
 from lobefem.balloon import Balloon
@@ -242,7 +241,9 @@ class HeldPencil:
         p0 = stable_below(lambda p: self._lowest(p)[0] > 0, self.limit)
         if p0 in (0.0, math.inf):
             return OneHarmonic((p0,), None, math.nan)
-        p: float = scipy.optimize.brentq(lambda p: self._lowest(p)[0], p0, 1.1 * p0, rtol=1e-12)
+        from scipy.optimize import brentq  # slow to import, and seldom needed
+
+        p: float = brentq(lambda p: self._lowest(p)[0], p0, 1.1 * p0, rtol=1e-12)
         if p > self.limit:
             return OneHarmonic((math.inf,), None, math.nan)
         return self._record((p,), self._lowest(p)[1])

@@ -7,6 +7,7 @@ that failed, 130 interrupted.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 import traceback
@@ -16,8 +17,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lobefem import __version__, options
-from lobefem.console import Ranks, progress_line, show, stdout_to_stderr
+from lobefem import __version__, options, profiling
+from lobefem.console import Ranks, progress_line, show, show_profile, stdout_to_stderr
 from lobefem.errors import InputError, LobefemError
 
 if TYPE_CHECKING:
@@ -78,6 +79,7 @@ def inflate(
     edge_radius: options.EdgeRadius = None,
     pressure: options.OnePressure = None,
     petsc: options.Petsc = None,
+    profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
     json: options.Json = None,
@@ -112,6 +114,7 @@ def modes(
     mass: options.Mass = "unit",
     harmonics: options.Harmonics = None,
     petsc: options.Petsc = None,
+    profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
     json: options.Json = None,
@@ -155,6 +158,7 @@ def critical(
     mesh_study: options.MeshStudy = False,
     meshes: options.Meshes = None,
     petsc: options.Petsc = None,
+    profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
     json: options.Json = None,
@@ -202,6 +206,7 @@ def harmonics(
     lobes: options.Lobes = None,
     edge_radius: options.EdgeRadius = None,
     harmonics: options.Harmonics = None,
+    profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
     json: options.Json = None,
@@ -239,6 +244,7 @@ def perturb(
     steps: options.Steps = "20",
     damping: options.Damping = "1",
     petsc: options.Petsc = None,
+    profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
     resume: options.Resume = False,
@@ -416,12 +422,17 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
     """
     given, ranks = context.params, context.obj
     to_stdout = given["json"] == "-"
+    profile = profiling.start() if given["profile"] else None
     with stdout_to_stderr(to_stdout), progress_line(ranks) as progress:
-        from lobefem import _files, storage
-        from lobefem.provenance import provenance
+        with profiling.stage("import"):
+            from lobefem import _files, storage, tasks  # noqa: F401
+            from lobefem.provenance import provenance
 
-        # isort: split
-        from mpi4py import MPI
+            # isort: split
+            from mpi4py import MPI
+        if not gc.isenabled():  # see main
+            gc.freeze()
+            gc.enable()
 
         comm = MPI.COMM_WORLD
         design = _overridden(given, comm)
@@ -441,8 +452,11 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
                 on = f"; go on with --resume --out {folder.path}" if folder and "resume" in given else ""
                 raise _Interrupted(on) from None
             outcome.results["versions"] = provenance(comm)
+            if profile is not None:
+                outcome.results["profile"] = profile.as_dict()
             if folder is not None:
-                folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
+                with profiling.stage("output"):
+                    folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
         if given["json"] and not to_stdout:
             _files.save_json(given["json"], outcome.results, comm)
     if ranks.is_root:
@@ -455,6 +469,8 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
             if folder is not None:
                 print(f"Results and fields for ParaView are in {folder.path}")
         sys.stdout.flush()
+        if profile is not None:
+            show_profile(profile.as_dict())
     if outcome.error is not None:
         kept = f"; the last converged state is in {folder.path}" if folder and outcome.snapshots else ""
         raise type(outcome.error)(f"{outcome.error}{kept}")
@@ -469,7 +485,11 @@ def main(arguments: list[str] | None = None) -> int:
     Returns:
         the exit code, on all ranks.
     """
-    given = sys.argv[1:] if arguments is None else arguments
+    given = arguments
+    if given is None:
+        given = sys.argv[1:]
+        # what is imported lives to the end: looking for garbage in it takes a quarter of a second
+        gc.disable()
     ranks = Ranks()
     usage_error: Any = typer.BadParameter.__mro__[1]  # click's, which newer typer keeps to itself
     try:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
-__all__ = ["Ranks", "progress_line", "show", "show_findings", "stdout_to_stderr"]
+__all__ = ["Ranks", "progress_line", "show", "show_findings", "show_profile", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -234,6 +234,28 @@ def _harmonics_table(results: dict[str, Any]) -> Any:
         upper = (f"{row['upper_bound']:.6g}",) if sides else ()
         table.add_row(str(row["harmonic"]), said, row["kind"], error, first, *upper)
     return table
+
+
+def show_profile(profile: dict[str, Any]) -> None:
+    """Print where the time went on stderr: stages exclusive of each other, of rank 0."""
+    from rich.console import Console
+
+    whole = profile["whole"]
+    table = _table("stage", "seconds", "share", "calls")
+    for name, entry in profile["stages"].items():
+        seconds, calls = entry["seconds"], entry["calls"]
+        if seconds > 0:
+            table.add_row(name, f"{seconds:.3f}", f"{seconds / whole:.0%}", str(calls or ""))
+    table.add_section()
+    table.add_row("whole", f"{whole:.3f}", "100%", "")
+    console = Console(file=sys.stderr, width=None if sys.stderr.isatty() else 120, highlight=False)
+    console.print(table)
+    if profile["floor"] > 0:
+        floor = profile["floor"]
+        console.print(
+            f"Floor, the numeric factorisations and triangular solves: {floor:.3f} s; the solve takes "
+            f"{profile['solve'] / floor:.2f}, the whole {whole / floor:.2f} times as long."
+        )
 
 
 def show_findings(findings: Sequence[Any]) -> None:

@@ -20,6 +20,7 @@ from lobefem.eigenpairs import Pair, distinct, order, residual, run, solver
 from lobefem.equilibrium import require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.pencil import held_pencil
+from lobefem.profiling import timed
 from lobefem.stability import Mode, check_request, make_mode
 
 # isort: split
@@ -50,6 +51,7 @@ class CriticalPressure:
     harmonic: int | None = None
 
 
+@timed("eigensolver")
 def critical_pressure(
     balloon: Balloon,
     *,

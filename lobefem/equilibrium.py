@@ -15,6 +15,7 @@ from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.log import logger
+from lobefem.profiling import timed
 
 __all__ = ["Equilibrium", "ideal_state", "inflate", "placed_state", "record", "require_whole"]
 
@@ -136,6 +137,7 @@ def placed_state(balloon: Balloon, displacement: Array) -> Equilibrium:
     return record(balloon, q, False, "placed", 0, ())
 
 
+@timed("solver")
 def inflate(
     balloon: Balloon,
     pressure: float,
@@ -157,7 +159,7 @@ def inflate(
         pressure: gas pressure [Pa].
         prestress: pressure whose meridional stress is built in [Pa]; by default `pressure` for a
             prestressed balloon and 0 otherwise.
-        start: state to start from (default: the reference shape).
+        start: state to start from (default: the reference shape, drawn along with a lifted rim).
         rtol: norm of the residual over that of the pressure's nodal forces.
         max_iterations: Newton iterations of one solve.
         min_step: smallest pressure step, as a share of the whole.
@@ -180,7 +182,7 @@ def inflate(
             f"the start has {start.balloon.map.size} unknowns and this balloon {balloon.map.size}; start "
             "from a state on the same mesh with the same supports"
         )
-    q = start.vector() if start is not None else balloon.map.create_vector()
+    q = start.vector() if start is not None else _drawn_along(balloon)
     _check_start(balloon, q, start)
     solver = Newton(balloon, q, rtol, max_iterations, PREFIX)
     try:
@@ -200,6 +202,22 @@ def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
             state=start,
             reason="film intersects itself",
         )
+
+
+def _drawn_along(balloon: Balloon) -> Any:
+    """Unknowns to start from: the reference shape, its nodes drawn along evenly with a lifted rim.
+
+    Moved alone, the rim would strain the film next to it a hundred times more than the film bears in the
+    end; Newton's method needs some steps more to forget that.
+    """
+    q = balloon.map.create_vector()
+    motion = balloon.motion
+    if motion is not None and motion.plates.lift:
+        free = balloon.map.free
+        x = balloon.V.tabulate_dof_coordinates()[: balloon.map.owned // 3]
+        share = (x - motion.centres[0]) @ motion.direction / motion.length
+        q.array[: free.size] = np.outer(share, motion.plates.lift * motion.direction).ravel()[free]
+    return q
 
 
 def _step(

@@ -13,13 +13,13 @@ m -> 0 is the cylinder; beyond 1/2 the film bulges on until it is horizontal at 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 from scipy.special import ellipeinc, ellipj, ellipk, ellipkinc
 
 from lobefem import checks
@@ -102,7 +102,7 @@ class FormedLobe(Lobe):
                 f"with m = {m:.6g} the film bulges over rims of radius {radius:g} m that are {length:g} m "
                 "apart; give a smaller m"
             )
-        u = float(brentq(_height_excess, 0.0, last, (radius, length, m), xtol=1e-15, rtol=1e-15))
+        u = _root(lambda u: _height_excess(u, radius, length, m), 0.0, last)
         return cls(radius / float(_elliptic(u, m)[1]), m, u)
 
     @classmethod
@@ -144,7 +144,7 @@ class FormedLobe(Lobe):
                 f"at {pressure:g} Pa a film of E t = {Et:g} N/m bulges over its rims; try less pressure or a "
                 "stiffer film"
             )
-        return cls.between_rims(radius, length, math.exp(brentq(imbalance, low, high, xtol=1e-14)))
+        return cls.between_rims(radius, length, math.exp(_root(imbalance, low, high, xtol=1e-14)))
 
     @cached_property
     def _scale(self) -> float:
@@ -280,4 +280,11 @@ def _most(radius: float, length: float) -> float:
     while excess(high) < 0.0:
         high *= 2.0
     # a hair below, where the film still rises at its edges
-    return (1.0 - 1e-9) * float(brentq(excess, 0.5, high, xtol=1e-15))
+    return (1.0 - 1e-9) * _root(excess, 0.5, high)
+
+
+def _root(function: Callable[[float], float], low: float, high: float, xtol: float = 1e-15) -> float:
+    """The root of a function between two arguments where its signs differ."""
+    from scipy.optimize import brentq  # slow to import, and most lobes are not formed ones
+
+    return float(brentq(function, low, high, xtol=xtol, rtol=1e-15))

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import least_squares
 
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, Progress, inflate, placed_state
@@ -172,6 +171,8 @@ def _nearest_lobe(state: Equilibrium, steps: int, first: FormedLobe) -> tuple[Fo
 
     def misses(m: Array) -> Array:
         return (points(lobe_of(float(m[0]))) - means).ravel()
+
+    from scipy.optimize import least_squares  # slow to import, and most lobes are not formed ones
 
     fit = least_squares(misses, [first.m], xtol=1e-12)
     shape = lobe_of(float(fit.x[0]))

@@ -36,6 +36,7 @@ __all__ = [
     "Petsc",
     "Pressures",
     "Prestress",
+    "Profile",
     "Release",
     "Resume",
     "Slack",
@@ -149,6 +150,10 @@ MeshStudy = Annotated[
 Meshes = Annotated[Text, _option("--meshes", "LIST", "Of a mesh study, 18x24,24x32,36x48.", _RUN)]
 Petsc = Annotated[
     Text, _option("--petsc", "OPTIONS", "PETSc options, '-lobefem_inflate_snes_monitor'.", _RUN)
+]
+Profile = Annotated[
+    bool,
+    typer.Option("--profile", help="Say where the time went, stage by stage.", rich_help_panel=_OUTPUT),
 ]
 Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fields.", _OUTPUT)]
 Overwrite = Annotated[

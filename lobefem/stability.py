@@ -25,6 +25,7 @@ from lobefem.errors import EigenError, InputError
 from lobefem.harmonics import label, spectrum
 from lobefem.log import logger
 from lobefem.measures import displacement_of, largest
+from lobefem.profiling import timed
 from lobefem.sector_modes import modes_of_harmonics
 
 # isort: split
@@ -100,6 +101,7 @@ class Modes:
         return self.modes[index]
 
 
+@timed("eigensolver")
 def find_modes(
     state: Equilibrium,
     count: int = 8,

@@ -21,6 +21,7 @@ from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
 from lobefem.log import logger
+from lobefem.profiling import timed
 
 # isort: split
 from dolfinx.mesh import Mesh, MeshTags  # after lobefem._dolfinx, which finds the stack
@@ -196,6 +197,7 @@ def cylinder(
     return _make(shape, 1, (1, 3), divisions, cell, order, diagonals, layout, size, sector, comm)
 
 
+@timed("mesh")
 def _make(
     shape: Lobe | Cylinder,
     lobes: int,

@@ -55,6 +55,7 @@ def test_wrinkled(comm):
     film = TensionField(slack_stiffness=1e-4)
     state = inflate(common(comm, (24, 32), film, lift=0.004), 5.0)
     assert state.volume == pytest.approx(148.77577996, rel=1e-10)
+    assert state.iterations <= 6  # with the ring alone raised at first it would be 7, on finer meshes 10
     assert state.wrinkled_area / state.balloon.reference_area == pytest.approx(0.96, abs=0.015)
     # nothing moves further than the ring that was lifted, but for what bulges by less
     assert state.max_displacement >= 0.004

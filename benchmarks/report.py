@@ -1,0 +1,117 @@
+"""The comparison as Markdown, and as a figure of time against unknowns."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+__all__ = ["exponent", "write_report"]
+
+Row = dict[str, Any]
+
+
+def exponent(rows: list[Row]) -> float | None:
+    """The b of seconds ~ unknowns^b through the right answers, least squares of logarithms."""
+    right = [row for row in rows if row["right"]]
+    if len(right) < 2:
+        return None
+    x, y = (np.log([row[key] for row in right]) for key in ("unknowns", "seconds"))
+    return float(np.polyfit(x, y, 1)[0])
+
+
+def write_report(folder: Path, rows: list[Row]) -> None:
+    """Write results.md and scaling.png into a folder."""
+    lines = []
+    for case in dict.fromkeys(row["case"] for row in rows):
+        lines += [f"### {case.capitalize()}", ""]
+        head = (
+            "mesh",
+            "unknowns",
+            "program",
+            "seconds",
+            "ratio",
+            "CPU s",
+            "MB",
+            "iterations",
+            "errors of V, u",
+            "note",
+        )
+        lines += ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
+        lines += [_line(row, rows) for row in rows if row["case"] == case]
+        lines.append("")
+        for program in dict.fromkeys(row["program"] for row in rows):
+            of = [row for row in rows if (row["case"], row["program"]) == (case, program)]
+            if (b := exponent(of)) is not None:
+                lines.append(f"{program}: time grows as unknowns^{b:.2f}.")
+        lines.append("")
+    lines += [
+        "Ratio: time over lobefem's. Errors are relative, to the answers on which the programs agree; a time",
+        "counts where the volume is right to 1e-7 and the largest displacement to 1e-5. MB: peak of the",
+        "largest process. lobefem's note: its solve over the floor, factorisations and triangular solves.",
+        "",
+        "![time against unknowns](scaling.png)",
+        "",
+    ]
+    (folder / "results.md").write_text("\n".join(lines), encoding="utf-8")
+    _figure(folder / "scaling.png", rows)
+
+
+def _line(row: Row, rows: list[Row]) -> str:
+    ours = [
+        other
+        for other in rows
+        if other["program"] == "lobefem"
+        and (other["case"], other["divisions"]) == (row["case"], row["divisions"])
+    ]
+    ratio = ""
+    if row["right"] and ours and ours[0]["right"]:
+        ratio = f"{row['seconds'] / ours[0]['seconds']:.2f}"
+    note = row["reason"]
+    if row.get("over_floor"):
+        note = f"{row['over_floor']:.2f} x floor"
+    errors = ""
+    if row["volume_error"] is not None:
+        errors = f"{row['volume_error']:.0e}, {row['displacement_error']:.0e}"
+    cells = (
+        "{}x{}".format(*row["divisions"]),
+        row["unknowns"],
+        row["program"],
+        f"{row['seconds']:.2f}" if row["right"] else "",
+        ratio,
+        f"{row['cpu']:.2f}" if row["right"] else "",
+        f"{row['memory']:.0f}" if row["right"] else "",
+        f"{row['iterations']:g}" if row["iterations"] is not None else "",
+        errors,
+        note,
+    )
+    return "| " + " | ".join(map(str, cells)) + " |"
+
+
+def _figure(path: Path, rows: list[Row]) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    cases = list(dict.fromkeys(row["case"] for row in rows))
+    figure, axes = plt.subplots(1, len(cases), figsize=(5 * len(cases), 4), sharey=True, squeeze=False)
+    for ax, case in zip(axes[0], cases, strict=True):
+        for k, program in enumerate(dict.fromkeys(row["program"] for row in rows)):
+            of = [r for r in rows if (r["case"], r["program"], r["right"]) == (case, program, True)]
+            if not of:
+                continue
+            b = exponent(of)
+            label = program if b is None else f"{program}, exponent {b:.2f}"
+            ax.loglog(
+                [r["unknowns"] for r in of], [r["seconds"] for r in of], "os^Dv"[k % 5] + "-", label=label
+            )
+        ax.set_title(case)
+        ax.set_xlabel("unknowns")
+        ax.grid(alpha=0.3, which="both")
+        ax.legend(fontsize=8)
+    axes[0][0].set_ylabel("whole process [s]")
+    figure.tight_layout()
+    figure.savefig(path, dpi=120)
+    plt.close(figure)
