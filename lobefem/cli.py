@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lobefem import __version__, options, profiling
+from lobefem import __version__, options, profiling, texts
 from lobefem.console import Ranks, progress_line, show, show_profile, stdout_to_stderr
 from lobefem.errors import InputError, LobefemError
 
@@ -120,10 +120,10 @@ def modes(
     json: options.Json = None,
 ) -> None:
     """The lowest buckling modes at each pressure; a negative real part means unstable."""
-    number = _integer("--count", count, 1)
-    _one_of("--state", state, ("ideal", "inflated"))
-    _one_of("--mass", mass, ("unit", "nodal"))
-    chosen = _integers("--harmonics", harmonics)
+    number = texts.integer("--count", count, 1)
+    texts.one_of("--state", state, ("ideal", "inflated"))
+    texts.one_of("--mass", mass, ("unit", "nodal"))
+    chosen = texts.integers("--harmonics", harmonics)
     _run(
         context,
         lambda plan, progress: _tasks().modes(
@@ -164,10 +164,10 @@ def critical(
     json: options.Json = None,
 ) -> None:
     """The lowest pressure at which the balloon turns unstable; whether that depends on the mesh."""
-    number = None if harmonic is None else _integer("--harmonic", harmonic, 0)
-    _one_of("--state", state, ("ideal", "inflated"))
-    highest = None if limit is None else _pressure("--limit", limit)
-    pairs = _divisions("--meshes", meshes)
+    number = None if harmonic is None else texts.integer("--harmonic", harmonic, 0)
+    texts.one_of("--state", state, ("ideal", "inflated"))
+    highest = None if limit is None else texts.pressure("--limit", limit)
+    pairs = texts.divisions("--meshes", meshes)
     if mesh_study:
         if number is not None or state != "ideal" or highest is not None or divisions is not None:
             raise InputError(
@@ -212,7 +212,7 @@ def harmonics(
     json: options.Json = None,
 ) -> None:
     """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
-    chosen = _integers("--harmonics", harmonics)
+    chosen = texts.integers("--harmonics", harmonics)
     _run(context, lambda plan, progress: _studies().harmonics(plan, harmonics=chosen, progress=progress))
 
 
@@ -255,7 +255,7 @@ def perturb(
     chosen = [(name, text) for name, text in given.items() if text is not None]
     if len(chosen) != 1:
         raise InputError(f"perturb takes one distortion, not {len(chosen)}; give one of {', '.join(given)}")
-    count, factor = _integer("--steps", steps, 1), _positive("--damping", damping)
+    count, factor = texts.integer("--steps", steps, 1), texts.positive("--damping", damping)
     if resume and out is None:
         raise InputError("--resume goes on with the run in --out; give that folder")
     if resume and overwrite:
@@ -263,7 +263,7 @@ def perturb(
 
     def study(plan: Design, progress: Any, folder: Any) -> Outcome:
         return _studies().perturb(
-            plan, _distortion(*chosen[0]), let_go=release, contact=contact, steps=count,
+            plan, texts.distortion(*chosen[0]), let_go=release, contact=contact, steps=count,
             damping=factor, progress=progress, folder=folder,
         )  # fmt: skip
 
@@ -301,91 +301,6 @@ def _studies() -> Any:
     import lobefem.studies
 
     return lobefem.studies
-
-
-def _pressure(name: str, text: str) -> float:
-    """A positive pressure [Pa] from text, with or without its unit."""
-    from lobefem.units import PRESSURE
-
-    try:
-        value = PRESSURE.read(text)
-    except ValueError as error:
-        raise InputError(f"{name}: {error}") from None
-    if not 0 < value < float("inf"):
-        raise InputError(f"{name}: {text!r} is no positive pressure; {PRESSURE.advice}")
-    return value
-
-
-def _divisions(name: str, text: str | None) -> tuple[tuple[int, int], ...] | None:
-    """Mesh divisions from "18x24,24x32,36x48"; None for None."""
-    if text is None:
-        return None
-    pairs = []
-    for part in text.split(","):
-        ends = part.strip().split("x")
-        if len(ends) != 2 or not all(end.isdecimal() and len(end) < 7 for end in ends):
-            raise InputError(f"{name}: {text!r} is impossible; give divisions such as 18x24,24x32,36x48")
-        pairs.append((int(ends[0]), int(ends[1])))
-    return tuple(pairs)
-
-
-def _positive(name: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not 0 < value < float("inf"):
-        raise InputError(f"{name}: {text!r} is no positive number; give one such as 0.1")
-    return value
-
-
-def _distortion(name: str, text: str) -> Any:
-    """The distortion that an option asks for."""
-    from lobefem.distortions import Bend, Tip, Twist, Wave
-    from lobefem.units import LENGTH, NUMBER
-
-    harmonic = 0
-    if name == "--wave":
-        first, _, text = text.partition(":")
-        harmonic = _integer("--wave", first, 0)
-    kind = NUMBER if name in ("--bend", "--twist") else LENGTH
-    try:
-        value = kind.read(text)
-    except ValueError as error:
-        raise InputError(f"{name}: {error}") from None
-    if value == 0:
-        raise InputError(f"{name}: {text!r} distorts nothing; give another number")
-    if name == "--wave":
-        return Wave(harmonic, value)
-    kinds: dict[str, Any] = {"--tip-displacement": Tip, "--bend": Bend, "--twist": Twist}
-    return kinds[name](value)
-
-
-def _integer(name: str, text: str, least: int) -> int:
-    if not text.strip().isdecimal() or int(text) < least:
-        raise InputError(f"{name}: {text!r} is impossible; give an integer, {least} or more")
-    return int(text)
-
-
-def _integers(name: str, text: str | None) -> tuple[int, ...] | None:
-    """Integers from "3", "0:8" (both ends) or "2,5,7"; None for None."""
-    if text is None:
-        return None
-    numbers: list[int] = []
-    for part in text.split(","):
-        ends = [end.strip() for end in part.split(":")]
-        if len(ends) > 2 or not all(end.isdecimal() and len(end) < 7 for end in ends):
-            raise InputError(f"{name}: {text!r} is impossible; give integers such as 3, 0:8 or 2,5,7")
-        first, last = int(ends[0]), int(ends[-1])
-        numbers += range(first, last + 1)
-    if not numbers:
-        raise InputError(f"{name}: {text!r} holds no integer; give some such as 3, 0:8 or 2,5,7")
-    return tuple(dict.fromkeys(numbers))
-
-
-def _one_of(name: str, word: str, words: tuple[str, ...]) -> None:
-    if word not in words:
-        raise InputError(f"{name}: {word!r} is unknown; use {' or '.join(words)}")
 
 
 def _overridden(given: dict[str, Any], comm: Any) -> Design:
