@@ -361,7 +361,7 @@ def crossings(quick: bool) -> str:
         held = critical_pressure(balloon)
         low, high = (0.8 if quick else 0.98) * held.pressure, 1.02 * held.pressure
         inflated = critical_point(balloon, start=low, limit=high, growth=high / low)
-        modes = [f"{c.mode.kind}, n = {c.mode.harmonic}" for c in (held, inflated) if c.mode is not None]
+        modes = [f"{c.mode.kind}, n = {c.mode.harmonic}" if c.mode else "-" for c in (held, inflated)]
         name = f"{lobes} lobe{'s' * (lobes > 1)}, {divisions[0]} x {divisions[1]}"
         rows.append(
             (name, held.pressure, modes[0], inflated.pressure, modes[1], str(inflated.point), f"{paper:.0f}")
