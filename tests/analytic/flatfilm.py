@@ -23,7 +23,7 @@ def film_surface(comm, points, cells, cell="triangle"):
     """A mesh of linear cells in space from nodes (n, 3) and cells (m, corners) of rank 0."""
     element = basix.ufl.element("Lagrange", cell, 1, shape=(3,))
     if comm.rank:
-        points, cells = np.empty((0, 3)), np.empty((0, cells.shape[1]), dtype=np.int64)
+        points, cells = np.empty((0, 3)), np.empty((0, len(cells[0])), dtype=np.int64)
     mesh = _dolfinx.create_mesh(comm, np.asarray(cells, dtype=np.int64), element, points)
     return SimpleNamespace(
         mesh=mesh,
