@@ -59,8 +59,8 @@ class Design(Section):
         film = self.film.model_copy()  # it may be part of another design
         if film.thickness > 0.01 * size:
             raise ValueError(
-                f"film.thickness = {film.thickness} m is no thin film on a radius of {size} m; "
-                f"{LENGTH.advice}"
+                f"film.thickness = {film.thickness} m is no thin film on a radius of {size} m "
+                f"(shape); {LENGTH.advice}"
             )
         if film.slack_stiffness is None:
             fill(film, "slack_stiffness", _SLACK[film.law])

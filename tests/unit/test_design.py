@@ -170,7 +170,7 @@ def test_overrides_as_text_from_the_command_line():
         ("[film]\nthickness = 0", "film.thickness: 0 must be positive (1e-15 to 1e15 in SI); "
          "give metres"),
         ("[film]\nthickness = 0.05", "film.thickness = 0.05 m is no thin film on a radius of "
-         "2.0 m; give metres"),
+         "2.0 m (shape); give metres"),
         ("[film]\nE = nan", "film.E: nan is not a finite number; give pascals"),
         ("[film]\nnu = 0.6", "film.nu: 0.6 must be in (-1, 0.5]; give a number, e.g. 0.3"),
         ("[film]\nlaw = 'tension'", "film.law: 'tension' is unknown; use isotropic, "
