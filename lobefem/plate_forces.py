@@ -48,7 +48,7 @@ class PlateForces:
         self.motion, self.closed, self.excess = motion, closed, excess
         self.pressure, self.prestress = pressure, prestress
         self.dead = np.zeros(12) if load is None else np.concatenate([np.zeros(6), load.force, load.moment])
-        self.top_force = np.zeros(3)
+        self.top_force: Array = np.zeros(3)
         self._frozen = motion.area_vectors
 
     @property
