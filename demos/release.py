@@ -99,9 +99,9 @@ def run(
                 "reason": stopped.reason,
             }
         )
-    save_json(out / "release.json", numbers, comm)
     if comm.rank == 0:
         plot(free.history, rest.volume, out / "release.png", f"{free.outcome}: {load}, {support}")
+    save_json(out / "release.json", numbers, comm)
     return numbers
 
 
