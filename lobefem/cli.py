@@ -13,12 +13,13 @@ import sys
 import traceback
 from collections.abc import Callable
 from contextlib import nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lobefem import __version__, options, profiling, texts
-from lobefem.console import Ranks, show, show_profile, stdout_to_stderr
+from lobefem.console import Ranks, show, show_profile, show_rows, stdout_to_stderr, sweep_progress
 from lobefem.errors import InputError, LobefemError
 from lobefem.reporting import reporting
 
@@ -204,6 +205,80 @@ def perturb(
         )
 
     _run(context, study)
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem sweep demos/lobes.toml --out run",
+        "lobefem sweep demos/lobes.toml --out run --resume --workers 4",
+        "mpirun -n 17 lobefem sweep demos/lobes.toml --out run",
+    )
+)
+def sweep(
+    context: typer.Context,
+    file: options.SweepFile,
+    out: options.SweepFolder,
+    workers: options.Workers = None,
+    overwrite: options.Overwrite = False,
+    resume: options.Resume = False,
+    json: options.Json = None,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> int:
+    """One command over many designs, pressures, films: a table and a chart, each point kept."""
+    from lobefem import parameter_runs as runs
+    from lobefem._files import on_root
+    from lobefem.parameter_study import load
+
+    if resume and overwrite:
+        raise InputError("--resume goes on with a sweep and --overwrite replaces it; give one of them")
+    number = len(os.sched_getaffinity(0)) if workers is None else texts.integer("--workers", workers, 1)
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    known = {name: {p.opts[0].lstrip("-") for p in one.params} for name, one in commands.items()}
+    ranks = context.obj
+
+    def prepare() -> Any:
+        study = load(file, known)
+        runs.begin(study, out, resume=resume, overwrite=overwrite)
+        return study
+
+    volume = _volume(context)
+    study = prepare() if ranks.comm is None else on_root(ranks.comm, file, prepare)
+    ranks.stop.note = lambda: f"; finished points are in {out}, go on with --resume"
+    with (
+        runs.workers(number, ranks.comm) as executor,
+        reporting(ranks.is_root, ranks.stop, **volume) as progress,
+    ):
+        if executor is None:
+            return 0
+        rows = runs.run(study, out, executor, progress=progress and sweep_progress(progress))
+    return _swept(study, rows, out, json, **volume)
+
+
+def _swept(study: Any, rows: Any, out: Any, json: str | None, *, quiet: bool, verbose: bool) -> int:
+    """The end of a sweep, on rank 0: files, table, exit code."""
+    from lobefem import parameter_runs as runs
+    from lobefem._files import replace, replacing, to_json
+    from lobefem.parameter_chart import parameter_chart
+
+    found = runs.results(study, rows)
+    text = to_json(found)
+    with replacing(out / "sweep.png") as stream:
+        parameter_chart(study, rows).savefig(stream, format="png")
+    replace(out / "table.csv", runs.as_csv(study, rows))
+    replace(out / "results.json", text)
+    for warning in found["warnings"]:
+        print(f"lobefem: warning: {warning}", file=sys.stderr)
+    if json == "-":
+        sys.stdout.write(text)
+    else:
+        if json:
+            replace(Path(json), text)
+        if not quiet:
+            show_rows(list(runs.table(study, rows)))
+            print(f"Table, chart and the points' own folders are in {out}")
+    sys.stdout.flush()
+    return 3 if found["failed"] == len(rows) else 0
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))

@@ -49,10 +49,13 @@ __all__ = [
     "State",
     "Steps",
     "Support",
+    "SweepFile",
+    "SweepFolder",
     "TipDisplacement",
     "Twist",
     "Verbose",
     "Wave",
+    "Workers",
     "sharing",
 ]
 
@@ -187,6 +190,9 @@ Overwrite = Annotated[
     bool,
     typer.Option("--overwrite", help="Replace a run in --out.", rich_help_panel=_OUTPUT),
 ]
+SweepFile = Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What to vary, see demos/lobes.toml.")]
+SweepFolder = Annotated[Path, _option("--out", "DIR", "Folder for the table and the points.", _OUTPUT)]
+Workers = Annotated[Text, _option("--workers", "N", "Points at a time, one a core by default.", _RUN)]
 Json = Annotated[Text, _option("--json", "FILE", "Results as JSON, - for standard output.", _OUTPUT)]
 Quiet = Annotated[
     bool,
