@@ -1,18 +1,22 @@
 """The command line: its numbers, its words, its exit codes, and silence on standard output."""
 
+import io
 import json
 import os
+import re
 import subprocess
 import sys
 import textwrap
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from mpi4py import MPI
 
 import lobefem
-from lobefem import cli, console
+from lobefem import _petsc, cli, console, options
 from lobefem.design import Design
 from lobefem.errors import ConvergenceError, SolveError
 
@@ -88,12 +92,38 @@ def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
     from petsc4py import PETSc
 
     arguments = ["inflate", SINGLE, *COARSE, "--json", "-"]
-    assert cli.main([*arguments, "--petsc", "-lobefem_inflate_snes_monitor"]) == 0
+    given = "-lobefem_inflate_snes_monitor -lobefem_inflate_snes_max_itt 9"
+    assert cli.main([*arguments, "--petsc", given]) == 0
     out, err = capfd.readouterr()
-    assert "lobefem_inflate_snes_monitor" not in PETSc.Options().getAll()
+    assert not [name for name in PETSc.Options().getAll() if name.startswith("lobefem_inflate_snes_m")]
     if comm.rank == 0:
         assert "SNES Function norm" in err  # PETSc prints on stdout, which is for JSON here
-        json.loads(out)
+        told = "no solver of this run has read the PETSc options -lobefem_inflate_snes_max_itt; check their"
+        assert told in json.loads(out)["warnings"][-1]
+        assert told in err
+
+
+def test_the_prefixes_of_petsc_options_are_those_of_the_solvers():
+    sources = (Path(lobefem.__file__).parent).glob("*.py")
+    used = {name for source in sources for name in re.findall(r'"(lobefem_[a-z]+_)"', source.read_text())}
+    assert set(_petsc.PREFIXES) == used
+
+
+def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm):
+    arguments = ["modes", SINGLE, *COARSE, "--count", "1"]
+    for line in (["--quiet", *arguments], [*arguments, "-q"]):
+        assert cli.main(line) == 0
+        out, err = capfd.readouterr()
+        assert out == ""
+        assert err.startswith("lobefem: warning: ") == (comm.rank == 0)
+    for line in (["-v", *arguments], [*arguments, "--verbose"]):
+        assert cli.main(line) == 0
+        out, err = capfd.readouterr()
+        if comm.rank == 0:
+            assert "modes at 1000 Pa: lowest" in err
+            assert out.split()[-1] == "stable"
+        else:
+            assert out == err == ""
 
 
 # --- what is refused ----------------------------------------------------------------------------
@@ -128,6 +158,10 @@ def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
         (("inflate", SINGLE, "--slack-stiffness", "2"), "--slack-stiffness: '2' must be in [0, 1)"),
         (("inflate", SINGLE, "--pressure", "5", "--pressure", "6"),
          "inflate takes one pressure, not 5, 6 Pa; give one, e.g. --pressure 6"),
+        (("inflate", SINGLE, "--petsc", "snes_monitor"), "--petsc: 'snes_monitor' is no option; write"),
+        (("inflate", SINGLE, "--petsc", "-lobefem_inflat_snes_monitor"),
+         "--petsc: no solver takes '-lobefem_inflat_snes_monitor'; theirs begin with -lobefem_inflate_"),
+        (("--quiet", "inflate", SINGLE, "--verbose"), "--quiet and --verbose contradict each other"),
         (("inflate", SINGLE, "--json", "none/x.json"), "none' cannot be written to; give another"),
         (("inflate", SINGLE, "--out", SINGLE), "is a file, not a folder; give another --out"),
         (("inflate", SINGLE, "--out", MESHES), "is not empty; give another --out, or --overwrite"),
@@ -291,6 +325,40 @@ def test_help_teaches(capfd, arguments, words):
         assert word in out
 
 
+COMMANDS = typer.main.get_command(cli.app).commands
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_examples_of_the_help_are_sound(name):
+    """Each command's epilog has two or more; their options exist, and their files."""
+    examples = re.findall(r"\[bold\](.*?)\[/bold\]", COMMANDS[name].epilog)
+    assert len(examples) >= 2
+    for line in examples:
+        words = line[line.index("lobefem ") :].split()
+        assert words[:2] == ["lobefem", name]
+        COMMANDS[name].make_context(name, words[2:])  # raises what is wrong
+        assert all((MESHES.parent / word).is_file() for word in words if word.endswith(".toml"))
+
+
+def test_completion_knows_commands_options_and_design_files(shared_path, monkeypatch, comm):
+    if comm.rank == 0:
+        (shared_path / "designs").mkdir()
+        for name in ("designs/one.toml", "designs/two.toml", "notes.txt", ".hidden.toml"):
+            (shared_path / name).touch()
+    comm.Barrier()
+    monkeypatch.chdir(shared_path)
+    assert options._design_files("") == ["designs/one.toml", "designs/two.toml"]
+    assert options._design_files("designs/t") == ["designs/two.toml"]
+    assert options._design_files("none/") == []
+    monkeypatch.setenv("_LOBEFEM_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_CWORD", "2")
+    monkeypatch.setenv("COMP_WORDS", "lobefem modes --cou")
+    said = io.StringIO()
+    with redirect_stdout(said), pytest.raises(SystemExit) as end:
+        cli.main(["modes"])
+    assert (end.value.code, said.getvalue().split()) == (0, ["--count"])
+
+
 def start(*command, **variables):
     return subprocess.run(
         command,
@@ -308,8 +376,8 @@ def test_help_loads_nothing_heavy():
     program = textwrap.dedent("""
         import sys
         from lobefem.cli import main
-        assert main(["--help"]) == 0
-        heavy = {"dolfinx", "mpi4py", "petsc4py", "ufl", "numpy", "scipy", "pydantic"}
+        assert main(["--help"]) == main(["perturb", "--help"]) == 0
+        heavy = {"dolfinx", "mpi4py", "petsc4py", "ufl", "numpy", "scipy", "pyvista", "gmsh", "matplotlib"}
         print(sorted(heavy & set(sys.modules)))
     """)
     done = start(sys.executable, "-c", program)
