@@ -126,7 +126,7 @@ class _Bar:
         from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
         self._clock = Clock()
-        bar = BarColumn(bar_width=20)
+        bar = BarColumn(bar_width=12)
         left = TextColumn("{task.fields[clock]}", markup=False)
         text = TextColumn("{task.description}", markup=False)
         self._progress = Progress(
