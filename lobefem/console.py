@@ -7,20 +7,13 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
-__all__ = [
-    "Ranks",
-    "progress_line",
-    "show",
-    "show_findings",
-    "show_profile",
-    "show_rows",
-    "stdout_to_stderr",
-    "sweep_progress",
-]
+from lobefem.signals import Stop
+
+__all__ = ["Ranks", "show", "show_findings", "show_profile", "show_rows", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -40,6 +33,7 @@ class Ranks:
 
             if MPI.COMM_WORLD.size > 1:
                 self._comm = MPI.COMM_WORLD.Dup()
+        self.stop = Stop(self._comm)
 
     @property
     def comm(self) -> Any:
@@ -100,18 +94,6 @@ def stdout_to_stderr(wanted: bool) -> Iterator[None]:
         flush_all(None)
         os.dup2(kept, 1)
         os.close(kept)
-
-
-@contextmanager
-def progress_line(ranks: Ranks) -> Iterator[Callable[[str], None] | None]:
-    """A line on stderr that shows what goes on; None off rank 0 and off a terminal."""
-    if not (ranks.is_root and sys.stderr.isatty()):
-        yield None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("setting up", spinner="line") as status:
-        yield status.update
 
 
 def show(results: dict[str, Any]) -> None:
@@ -284,19 +266,6 @@ def show_rows(rows: Sequence[Sequence[str]]) -> None:
     for row in rows[1:]:
         table.add_row(*(row[k] for k in used))
     console.print(table)
-
-
-def sweep_progress(line: Callable[[str], None]) -> Callable[[Any, int, int, float], None]:
-    """What a progress line says after each point of a sweep."""
-    computed = 0
-
-    def say(row: Any, done: int, total: int, seconds: float) -> None:
-        nonlocal computed
-        computed += 1
-        left = seconds / computed * (total - done)
-        line(f"{done} of {total} points, about {left:.0f} s left" if done < total else "drawing")
-
-    return say
 
 
 def show_findings(findings: Sequence[Any]) -> None:
