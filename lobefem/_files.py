@@ -102,7 +102,7 @@ def require_writable(folder: Path) -> None:
 
 def on_root[T](comm: Any, path: Path, action: Callable[[], T]) -> T:
     """Do something on rank 0 and give its result, or its error, to all. Collective."""
-    result, fault = None, ""
+    result, fault, bug = None, "", None
     if comm.rank == 0:
         try:
             result = action()
@@ -110,7 +110,11 @@ def on_root[T](comm: Any, path: Path, action: Callable[[], T]) -> T:
             fault = str(error)
         except OSError as error:
             fault = f"'{path}': {error.strerror or error}; give another place"
-    result, fault = comm.bcast((result, fault), root=0)
+        except Exception as error:  # of ours; no rank is left waiting
+            bug = error
+    result, fault, why = comm.bcast((result, fault, "" if bug is None else repr(bug)), root=0)
     if fault:
         raise InputError(fault)
+    if why:
+        raise bug or RuntimeError(f"rank 0 failed: {why}")
     return result  # type: ignore[return-value]

@@ -19,7 +19,7 @@ import typer
 
 from lobefem import __version__, options, profiling, texts
 from lobefem.console import Ranks, progress_line, show, show_profile, stdout_to_stderr
-from lobefem.errors import InputError, LobefemError
+from lobefem.errors import InputError, LobefemError, SolveError
 
 if TYPE_CHECKING:
     from lobefem.design import Design
@@ -315,14 +315,19 @@ def _overridden(given: dict[str, Any], comm: Any) -> Design:
 
 @contextmanager
 def _petsc_options(text: str | None) -> Iterator[None]:
-    """PETSc options in its database for the time of a run, on all ranks."""
+    """PETSc options in its database for the time of a run, on all ranks; its errors become ours."""
     from lobefem._dolfinx import PETSc
 
     database = PETSc.Options()
     before = database.getAll()
-    database.insertString(text or "")
     try:
+        database.insertString(text or "")
         yield
+    except PETSc.Error as error:
+        reason = str(error).splitlines()[-1].partition("] ")[2] or str(error)
+        if text:
+            raise InputError(f"--petsc: PETSc refuses {text!r} ({reason}); see its manual") from error
+        raise SolveError(f"PETSc failed ({reason}); try another mesh or pressure") from error
     finally:
         for name in set(database.getAll()) - set(before):
             database.delValue(name)
@@ -382,7 +387,7 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
         elif outcome.error is None:
             show(outcome.results)
             if folder is not None:
-                print(f"Results and fields for ParaView are in {folder.path}")
+                print(f"Results and fields for ParaView are in {_printable(folder.path)}")
         sys.stdout.flush()
         if profile is not None:
             show_profile(profile.as_dict())
@@ -410,7 +415,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         code = app(given or ["--help"], prog_name="lobefem", standalone_mode=False, obj=ranks)
     except LobefemError as error:
-        return ranks.end(error.exit_code, f"lobefem: {error}")
+        return ranks.end(error.exit_code, f"lobefem: {_one_line(error)}")
     except (_Interrupted, KeyboardInterrupt) as error:
         return ranks.end(130, f"lobefem: interrupted{error}", patience=1.0)
     except BrokenPipeError:  # the reader of stdout, `head` say, has seen enough
@@ -418,19 +423,34 @@ def main(arguments: list[str] | None = None) -> int:
         return ranks.end(141)
     except usage_error as error:
         return ranks.end(2, f"lobefem: {_usage(error)}")
+    except OSError as error:
+        where = f" ({error.filename})" if error.filename else ""
+        return ranks.end(2, f"lobefem: the system refuses: {_one_line(f'{error.strerror or error}{where}')}")
+    except MemoryError:
+        return ranks.end(3, "lobefem: out of memory; try a coarser mesh, or more ranks on more machines")
     except Exception as error:
         if os.environ.get("LOBEFEM_DEBUG"):
             traceback.print_exc()
-        what = " ".join(f"{type(error).__name__}: {error}".split())
+        what = _one_line(f"{type(error).__name__}: {error}")
         return ranks.end(1, f"lobefem: internal error: {what} (set LOBEFEM_DEBUG=1 for the traceback)")
     return ranks.end(code if isinstance(code, int) else 0)
 
 
 def _usage(error: Any) -> str:
     """Click's words for a wrong command line as one sentence."""
-    text = " ".join(error.format_message().split()).rstrip(".")
+    text = _one_line(error.format_message()).rstrip(".")
     command = error.ctx.command_path if error.ctx is not None else "lobefem"
     return f"{text}; see {command} --help"
+
+
+def _one_line(words: object) -> str:
+    """Words on one line, safe to print."""
+    return _printable(" ".join(str(words).split()))
+
+
+def _printable(words: object) -> str:
+    """Words with what no terminal should get, in names of files for example, escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(words))
 
 
 if __name__ == "__main__":
