@@ -20,7 +20,9 @@ __all__ = [
     "on_root",
     "replace",
     "replacing",
+    "require_everywhere",
     "require_writable",
+    "reserve",
     "save_json",
     "to_json",
 ]
@@ -92,6 +94,29 @@ def replace(path: Path, text: str) -> None:
     """Write a text file, complete or not at all."""
     with replacing(path) as stream:
         stream.write(text.encode())
+
+
+def reserve(path: Path, size: int) -> None:
+    """Find out whether a file of this size [bytes] can be written, and leave none behind.
+
+    For libraries that end the process, or say nothing, where a disk is full.
+    """
+    try:
+        with path.open("wb") as stream:
+            os.posix_fallocate(stream.fileno(), 0, size)
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def require_everywhere(comm: Any, folder: Path) -> None:
+    """Refuse a folder that is not the same on all ranks: MPI writes files from each. Collective."""
+    mine = folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+    lacking = [rank for rank, has in enumerate(comm.allgather(mine)) if not has]
+    if lacking:
+        raise InputError(
+            f"'{folder.parent}' cannot be written to from rank {lacking[0]} of {comm.size}; give a folder that "
+            "all machines share, by its full path"
+        )
 
 
 def require_writable(folder: Path) -> None:

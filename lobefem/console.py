@@ -7,11 +7,13 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
-__all__ = ["Ranks", "progress_line", "show", "show_findings", "show_profile", "stdout_to_stderr"]
+from lobefem.signals import Stop
+
+__all__ = ["Ranks", "show", "show_findings", "show_profile", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -31,6 +33,7 @@ class Ranks:
 
             if MPI.COMM_WORLD.size > 1:
                 self._comm = MPI.COMM_WORLD.Dup()
+        self.stop = Stop(self._comm)
 
     @property
     def is_root(self) -> bool:
@@ -86,18 +89,6 @@ def stdout_to_stderr(wanted: bool) -> Iterator[None]:
         flush_all(None)
         os.dup2(kept, 1)
         os.close(kept)
-
-
-@contextmanager
-def progress_line(ranks: Ranks) -> Iterator[Callable[[str], None] | None]:
-    """A line on stderr that shows what goes on; None off rank 0 and off a terminal."""
-    if not (ranks.is_root and sys.stderr.isatty()):
-        yield None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("setting up", spinner="line") as status:
-        yield status.update
 
 
 def show(results: dict[str, Any]) -> None:
