@@ -149,7 +149,7 @@ class RunFolder:
             replace(file, self._design)
             return self._run, self.has_steps
         if self.resume:
-            theirs = file.read_text(encoding="utf-8")
+            theirs = file.read_text(encoding="utf-8", errors="replace")
             if theirs != self._design:
                 differ = [line for line in theirs.splitlines() if line not in self._design.splitlines()]
                 said = f" ({', '.join(differ[:3])})" if differ else ""
@@ -326,10 +326,14 @@ class _Log(logging.Handler):
             self._write()
 
     def _write(self) -> None:
-        if self._waiting:
+        if not self._waiting:
+            return
+        try:
             with self._path.open("a", encoding="utf-8") as stream:
                 stream.writelines(self._waiting)
             self._waiting.clear()
+        except OSError:  # of a full disk, say: no end for a run; lines wait, and what must be kept says it
+            return
 
 
 def _save_figure(path: Path, draw: Callable[[], Any]) -> None:
