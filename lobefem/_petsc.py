@@ -32,8 +32,9 @@ PREFIXES = (
 )  # fmt: skip
 
 # head room [%] for pivoting beyond MUMPS's estimate; null pivots are detected so that a rigid motion
-# which the supports leave free does not poison the step
-_MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_24": 1}
+# which the supports leave free does not poison the step; the last front is not ScaLAPACK's, which does
+# not tell the inertia
+_MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_24": 1, "mat_mumps_icntl_13": 1}
 
 
 # relative asymmetry below which a tangent counts as symmetric
@@ -133,7 +134,7 @@ def num_negative(matrix: Any) -> int:
     pc.setOperators(matrix)
     pc.setType(PETSc.PC.Type.CHOLESKY)
     pc.setFactorSolverType("mumps")
-    with options("lobefem_inertia_", {**_MUMPS, "mat_mumps_icntl_13": 1}):
+    with options("lobefem_inertia_", _MUMPS):
         pc.setFromOptions()
         pc.setUp()
     negative = pc.getFactorMatrix().getInertia()[0]

@@ -252,7 +252,11 @@ def _make(
     nodes *= order**2
     fewer = "try fewer divisions" if layout == "structured" else "try a larger size"
     require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
-    net = _distribute.on_root(comm, build)
+    net: _net.Net | None
+    if counts is not None and comm.size > 1 and order == 1:  # each rank numbers its own rows
+        net = _net.grid(shape, lobes, counts, diagonals if corners == 3 else None, comm.rank, comm.size)
+    else:
+        net = _distribute.on_root(comm, build)
     x = None if net is None else _net.place(shape, lobes, net.t, net.theta)
     mesh = _distribute.distribute_mesh(comm, cell, order, x, None if net is None else net.cells)
     mesh.name = "film"
@@ -262,9 +266,8 @@ def _make(
     rim = max(_RIM, _SEAM + lobes)  # beyond a hundred lobes the rims make way for the seams
     groups |= {"rim_bottom": (1, rim + 1), "rim_top": (1, rim + 2)}
     values = [rim + 1, *range(_SEAM + 1, _SEAM + lobes), rim + 2]
-    first_cell, rings, num_nodes = comm.bcast(
-        None if net is None else (net.first_cell, net.rings, len(net.t)), root=0
-    )
+    first_cell, rings = comm.bcast(None if net is None else (net.first_cell, net.rings), root=0)
+    num_nodes = comm.allreduce(0 if net is None else len(net.t))
     surface = Surface(
         mesh=mesh,
         lobes=_distribute.lobe_tags(mesh, first_cell),
