@@ -242,9 +242,9 @@ def sweep(
         runs.begin(study, out, resume=resume, overwrite=overwrite)
         return study
 
-    study = prepare() if ranks.comm is None else on_root(ranks.comm, file, prepare)
-    ranks.stop.note = lambda: f"; go on with --resume --out {out}"
     volume = _volume(context)
+    study = prepare() if ranks.comm is None else on_root(ranks.comm, file, prepare)
+    ranks.stop.note = lambda: f"; finished points are in {out}, go on with --resume"
     with (
         runs.workers(number, ranks.comm) as executor,
         reporting(ranks.is_root, ranks.stop, **volume) as progress,
