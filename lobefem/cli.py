@@ -456,6 +456,8 @@ def main(arguments: list[str] | None = None) -> int:
         the exit code, on all ranks.
     """
     given = arguments
+    for name in ("stdout", "stderr"):  # closed ones, of a service for example, are None
+        setattr(sys, name, getattr(sys, name) or open(os.devnull, "w"))  # noqa: SIM115  to the end
     if given is None:
         given = sys.argv[1:]
         # what is imported lives to the end: looking for garbage in it takes a quarter of a second
