@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
-from lobefem.errors import InputError
+from lobefem.errors import InputError, SolveError
 
 # isort: split
 from mpi4py import MPI
@@ -32,8 +32,9 @@ PREFIXES = (
 )  # fmt: skip
 
 # head room [%] for pivoting beyond MUMPS's estimate; null pivots are detected so that a rigid motion
-# which the supports leave free does not poison the step
-_MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_24": 1}
+# which the supports leave free does not poison the step; the last front is not ScaLAPACK's, which does
+# not tell the inertia
+_MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_24": 1, "mat_mumps_icntl_13": 1}
 
 
 # relative asymmetry below which a tangent counts as symmetric
@@ -62,15 +63,23 @@ def user_options(text: str) -> Iterator[Callable[[], list[str]]]:
         text: as on a command line, "-lobefem_inflate_snes_monitor -lobefem_modes_eps_tol 1e-10".
 
     Raises:
-        InputError: text that is no options, or an option of a solver that there is not.
+        InputError: text that is no options, an option of a solver that there is not, or one that PETSc
+            refuses at once or when a solver reads it.
+        SolveError: PETSc fails without any.
     """
     _check_options(text)
     database: Any = PETSc.Options()
     before = database.getAll()
-    database.insertString(text)
-    added = sorted(set(database.getAll()) - set(before))
+    added: list[str] = []
     try:
+        database.insertString(text)
+        added = sorted(set(database.getAll()) - set(before))
         yield lambda: [name for name in added if not database.used(name)]
+    except PETSc.Error as error:
+        reason = str(error).splitlines()[-1].partition("] ")[2] or str(error)
+        if text:
+            raise InputError(f"--petsc: PETSc refuses {text!r} ({reason}); see its manual") from error
+        raise SolveError(f"PETSc failed ({reason}); try another mesh or pressure") from error
     finally:
         for name in added:
             database.delValue(name)
@@ -125,7 +134,7 @@ def num_negative(matrix: Any) -> int:
     pc.setOperators(matrix)
     pc.setType(PETSc.PC.Type.CHOLESKY)
     pc.setFactorSolverType("mumps")
-    with options("lobefem_inertia_", {**_MUMPS, "mat_mumps_icntl_13": 1}):
+    with options("lobefem_inertia_", _MUMPS):
         pc.setFromOptions()
         pc.setUp()
     negative = pc.getFactorMatrix().getInertia()[0]

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lobefem import __version__, options, profiling, texts
-from lobefem.console import Ranks, show, show_profile, show_rows, stdout_to_stderr, sweep_progress
+from lobefem.console import Ranks, show, show_profile, show_rows, stdout_to_stderr
 from lobefem.errors import InputError, LobefemError
 from lobefem.reporting import reporting
 
@@ -251,11 +251,11 @@ def sweep(
     ):
         if executor is None:
             return 0
-        rows = runs.run(study, out, executor, progress=progress and sweep_progress(progress))
-    return _swept(study, rows, out, json, **volume)
+        rows = runs.run(study, out, executor, progress=progress)
+    return _swept(study, rows, out, json, volume["quiet"])
 
 
-def _swept(study: Any, rows: Any, out: Any, json: str | None, *, quiet: bool, verbose: bool) -> int:
+def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> int:
     """The end of a sweep, on rank 0: files, table, exit code."""
     from lobefem import parameter_runs as runs
     from lobefem._files import replace, replacing, to_json
@@ -404,9 +404,13 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
             outcome.results["versions"] = versions
             if profile is not None:
                 outcome.results["profile"] = profile.as_dict()
+            unsaved = None
             if folder is not None:
-                with profiling.stage("output"):
-                    folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
+                try:
+                    with profiling.stage("output"):
+                        folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
+                except InputError as error:  # a full disk, say; what was found is shown nevertheless
+                    unsaved = error
         if given["json"] and not to_stdout:
             _files.save_json(given["json"], outcome.results, comm)
     if ranks.is_root:
@@ -416,11 +420,13 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
             sys.stdout.write(_files.to_json(outcome.results))
         elif outcome.error is None and not volume["quiet"]:
             show(outcome.results)
-            if folder is not None:
-                print(f"Results and fields for ParaView are in {folder.path}")
+            if folder is not None and unsaved is None:
+                print(f"Results and fields for ParaView are in {_printable(folder.path)}")
         sys.stdout.flush()
         if profile is not None:
             show_profile(profile.as_dict())
+    if unsaved is not None:
+        raise unsaved
     if outcome.error is not None:
         kept = f"; the last converged state is in {folder.path}" if folder and outcome.snapshots else ""
         raise type(outcome.error)(f"{outcome.error}{kept}")
@@ -450,6 +456,8 @@ def main(arguments: list[str] | None = None) -> int:
         the exit code, on all ranks.
     """
     given = arguments
+    for name in ("stdout", "stderr"):  # closed ones, of a service for example, are None
+        setattr(sys, name, getattr(sys, name) or open(os.devnull, "w"))  # noqa: SIM115  to the end
     if given is None:
         given = sys.argv[1:]
         # what is imported lives to the end: looking for garbage in it takes a quarter of a second
@@ -461,7 +469,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         code = app(given or ["--help"], prog_name="lobefem", standalone_mode=False, obj=ranks)
     except LobefemError as error:
-        return ranks.end(error.exit_code, f"lobefem: {error}")
+        return ranks.end(error.exit_code, f"lobefem: {_one_line(error)}")
     except (_Interrupted, KeyboardInterrupt) as error:
         return ranks.end(130, f"lobefem: interrupted{error}", patience=1.0)
     except BrokenPipeError:  # the reader of stdout, `head` say, has seen enough
@@ -469,19 +477,34 @@ def main(arguments: list[str] | None = None) -> int:
         return ranks.end(141)
     except usage_error as error:
         return ranks.end(2, f"lobefem: {_usage(error)}")
+    except OSError as error:
+        where = f" ({error.filename})" if error.filename else ""
+        return ranks.end(2, f"lobefem: the system refuses: {_one_line(f'{error.strerror or error}{where}')}")
+    except MemoryError:
+        return ranks.end(3, "lobefem: out of memory; try a coarser mesh, or more ranks on more machines")
     except Exception as error:
         if os.environ.get("LOBEFEM_DEBUG"):
             traceback.print_exc()
-        what = " ".join(f"{type(error).__name__}: {error}".split())
+        what = _one_line(f"{type(error).__name__}: {error}")
         return ranks.end(1, f"lobefem: internal error: {what} (set LOBEFEM_DEBUG=1 for the traceback)")
     return ranks.end(code if isinstance(code, int) else 0)
 
 
 def _usage(error: Any) -> str:
     """Click's words for a wrong command line as one sentence."""
-    text = " ".join(error.format_message().split()).rstrip(".")
+    text = _one_line(error.format_message()).rstrip(".")
     command = error.ctx.command_path if error.ctx is not None else "lobefem"
     return f"{text}; see {command} --help"
+
+
+def _one_line(words: object) -> str:
+    """Words on one line, safe to print."""
+    return _printable(" ".join(str(words).split()))
+
+
+def _printable(words: object) -> str:
+    """Words with what no terminal should get, in names of files for example, escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(words))
 
 
 if __name__ == "__main__":

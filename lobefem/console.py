@@ -7,22 +7,13 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
-from lobefem.progress import Progress, said
 from lobefem.signals import Stop
 
-__all__ = [
-    "Ranks",
-    "show",
-    "show_findings",
-    "show_profile",
-    "show_rows",
-    "stdout_to_stderr",
-    "sweep_progress",
-]
+__all__ = ["Ranks", "show", "show_findings", "show_profile", "show_rows", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -275,15 +266,6 @@ def show_rows(rows: Sequence[Sequence[str]]) -> None:
     for row in rows[1:]:
         table.add_row(*(row[k] for k in used))
     console.print(table)
-
-
-def sweep_progress(progress: Progress) -> Callable[[Any, int, int, float], None]:
-    """What is said after each point of a sweep."""
-
-    def say(row: Any, done: int, total: int, seconds: float) -> None:
-        progress(said(f"{done} of {total} points", done / total))
-
-    return say
 
 
 def show_findings(findings: Sequence[Any]) -> None:

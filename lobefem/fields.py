@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 import numpy.typing as npt
 
-from lobefem._files import on_root, replace
+from lobefem._files import on_root, replace, require_everywhere, reserve
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
 from lobefem.stability import Mode
@@ -46,17 +46,26 @@ class Snapshot:
 
 
 def save_fields(folder: Path, snapshots: Sequence[Snapshot]) -> None:
-    """Write fields.xdmf and fields.h5. Collective."""
+    """Write fields.xdmf and fields.h5. Collective.
+
+    Raises:
+        InputError: the file system refuses, or has no room for them.
+    """
     mesh, comm = snapshots[0].balloon.mesh, snapshots[0].balloon.comm
     hidden = Path(on_root(comm, folder, lambda: tempfile.mkdtemp(prefix=".fields-", dir=folder)))
 
     def publish() -> None:
         text = _merged(hidden / "fields.xdmf", [s.pressure for s in snapshots])
+        with (hidden / "fields.h5").open("rb") as file:
+            os.fsync(file.fileno())
         os.replace(hidden / "fields.h5", folder / "fields.h5")
         replace(folder / "fields.xdmf", text)
 
     try:
         imaginary = any(mode.value.imag for snapshot in snapshots for mode in snapshot.modes)
+        require_everywhere(comm, hidden)
+        size = _size(snapshots)
+        on_root(comm, folder, lambda: reserve(hidden / "fields.h5", size))  # where it is full, HDF5 aborts
         with XDMFFile(comm, str(hidden / "fields.xdmf"), "w") as file:
             file.write_mesh(mesh)
             for step, snapshot in enumerate(snapshots):
@@ -66,6 +75,16 @@ def save_fields(folder: Path, snapshots: Sequence[Snapshot]) -> None:
     finally:
         if comm.rank == 0:
             shutil.rmtree(hidden, ignore_errors=True)
+
+
+def _size(snapshots: Sequence[Snapshot]) -> int:
+    """Bytes that the fields take at the most: those of the numbers, and HDF5's and XML's own for each field."""
+    balloon = snapshots[0].balloon
+    nodes = balloon.V.dofmap.index_map.size_global
+    cells = balloon.mesh.topology.index_map(2).size_global
+    fields = [2 * len(s.modes) + 1 for s in snapshots]
+    numbers = 3 * nodes + 9 * cells + sum(3 * nodes * n + 10 * cells for n in fields)
+    return 8 * numbers + 8192 * (sum(fields) + 2 * len(fields) + 4)
 
 
 def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:

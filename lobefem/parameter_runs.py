@@ -15,7 +15,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -25,6 +25,7 @@ import lobefem
 from lobefem._files import replace
 from lobefem.errors import InputError
 from lobefem.parameter_study import Point, Study
+from lobefem.progress import Progress, said
 
 __all__ = ["QUANTITIES", "Row", "as_csv", "begin", "results", "run", "table", "workers"]
 
@@ -67,7 +68,7 @@ def run(
     folder: str | Path,
     executor: Executor,
     *,
-    progress: Callable[[Row, int, int, float], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[Row]:
     """All rows, those of earlier runs from the folder, the others computed.
 
@@ -75,8 +76,7 @@ def run(
         study: from `load`.
         folder: of the study; points are kept in its folder `points`.
         executor: whose workers each run one point at a time, from `workers`.
-        progress: called after each computed row with the row, how many are done, of how many, and the
-            seconds since the start.
+        progress: called with a line of text after each point.
 
     Returns:
         a row a point, in the study's order.
@@ -87,7 +87,7 @@ def run(
     for i, row in rows.items():
         if row is None:
             todo.setdefault(study.points[i].name, []).append(i)
-    done, start = len(rows) - sum(map(len, todo.values())), time.monotonic()
+    done = len(rows) - sum(map(len, todo.values()))
     futures = {executor.submit(_solve, study.points[each[0]], str(kept)): each for each in todo.values()}
     try:
         for future in as_completed(futures):
@@ -96,7 +96,7 @@ def run(
                 rows[i] = Row(**(asdict(row) | {"values": study.points[i].values}))
             done += len(futures[future])
             if progress is not None:
-                progress(row, done, len(rows), time.monotonic() - start)
+                progress(said(f"{done} of {len(rows)} points", done / len(rows)))
     except BaseException:
         for future in futures:
             future.cancel()

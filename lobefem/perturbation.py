@@ -130,7 +130,12 @@ def perturb(
             "start afresh without --resume"
         )
     original = inflate(balloon, pressure, progress=progress)
-    log = _Log(original, study, notes, keep)
+    try:
+        log = _Log(original, study, notes, keep)
+    except (TypeError, KeyError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"the notes of the run to go on with are damaged ({error}); start afresh without --resume"
+        ) from None
     imposed: Equilibrium | None = None
     start: Any = resume
     if notes.get("phase") != "release":

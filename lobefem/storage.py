@@ -33,6 +33,7 @@ from lobefem.fields import Snapshot, save_fields
 from lobefem.log import logger
 from lobefem.stability import Mode
 from lobefem.states import Checkpoint, Keepable, load_modes, load_state, save_modes, save_state
+from lobefem.units import shown
 
 __all__ = ["RunFolder", "Snapshot"]
 
@@ -149,9 +150,9 @@ class RunFolder:
             replace(file, self._design)
             return self._run, self.has_steps
         if self.resume:
-            theirs = file.read_text(encoding="utf-8")
+            theirs = file.read_text(encoding="utf-8", errors="replace")
             if theirs != self._design:
-                differ = [line for line in theirs.splitlines() if line not in self._design.splitlines()]
+                differ = [line[:60] for line in theirs.splitlines() if line not in self._design.splitlines()]
                 said = f" ({', '.join(differ[:3])})" if differ else ""
                 raise InputError(
                     f"the run in '{self.path}' is of another design{said}; resume it with its own "
@@ -186,14 +187,14 @@ class RunFolder:
         try:
             run = json.loads(file.read_text(encoding="utf-8"))
             study, _, _ = (dict(run[name]) for name in ("study", "versions", "steps"))
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError, KeyError, RecursionError) as error:
             raise InputError(
                 f"'{file}' says nothing of a run ({error}); start afresh with --overwrite"
             ) from None
         asked = json.loads(to_json(self._run["study"]))
         if study and asked and study != asked:
             differ = [name for name in {**study, **asked} if study.get(name) != asked.get(name)]
-            said = ", ".join(f"{name.replace('_', '-')} {study.get(name)}" for name in differ)
+            said = ", ".join(f"{name.replace('_', '-')} {shown(study.get(name))}" for name in differ[:9])
             raise InputError(
                 f"the run in '{self.path}' is of another study, with {said}; repeat its command and options, "
                 "or leave out --resume"
@@ -326,10 +327,14 @@ class _Log(logging.Handler):
             self._write()
 
     def _write(self) -> None:
-        if self._waiting:
+        if not self._waiting:
+            return
+        try:
             with self._path.open("a", encoding="utf-8") as stream:
                 stream.writelines(self._waiting)
             self._waiting.clear()
+        except OSError:  # of a full disk, say: no end for a run; lines wait, and what must be kept says it
+            return
 
 
 def _save_figure(path: Path, draw: Callable[[], Any]) -> None:
