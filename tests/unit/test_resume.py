@@ -89,7 +89,7 @@ def test_only_the_same_study_goes_on(refused, lobefem_json, comm, shared_path):
     folder = str(shared_path / "run")
     assert lobefem_json(*MODES, "--out", folder)[1] == 0
     for other, message in [
-        (("--count", "1"), f"the run in '{folder}' is of another study, with count 2; repeat its command"),
+        (("--count", "1"), f"the run in '{folder}' is of another study, with count '2'; repeat its command"),
         (("--lobes", "2"), f"the run in '{folder}' is of another design (lobes = 1); resume it with its"),
         (("--overwrite",), "--resume goes on with a run and --overwrite replaces it; give one of them"),
     ]:
