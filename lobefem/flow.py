@@ -350,7 +350,7 @@ class Flow:
         areas: Array = np.zeros((2, 3))
         centres: Array = np.zeros((2, 3))
         if balloon.motion is not None:
-            w = balloon.map.plate_parameters(balloon.map.parameters(q))[0]
+            w = balloon.map.plate_parameters(balloon.map.parameters(q))[0][:12]  # without a guide's seams
             areas, centres = balloon.motion.turned_area_vectors(w), w.reshape(2, 6)[:, :3]
         gained = volume - balloon.reference_volume
         if balloon.load.convention == "film":
