@@ -56,10 +56,19 @@ class EnergySearch:
         self._base: float | None = None
         self._stiffness: Any = None
 
-    def tangent(self, snes: Any, x: Any) -> Any:
-        """The balloon's tangent at x, from where a new line search starts. Collective."""
+    def tangent(self, snes: Any, x: Any, last: Any = None) -> Any:
+        """The balloon's tangent at x, from where a new line search starts. Collective.
+
+        Args:
+            snes: that asks.
+            x: unknowns.
+            last: those before the last step, for the stress that it predicted; x is written there.
+        """
         self._base = None
-        K = self.balloon.tangent(x, iteration=True)
+        before = last if snes.getIterationNumber() else None
+        K = self.balloon.tangent(x, iteration=True, before=before)
+        if last is not None:
+            x.copy(last)
         follow_pattern(snes, self.balloon)
         self._stiffness = K.getDiagonal(self._stiffness)
         return K
@@ -172,9 +181,12 @@ class Newton:
         max_iterations: of one solve.
         prefix: of PETSc's options.
         line_search: see `set_up`.
+        predicted: solve with the stress that the last step predicted (`WeakForms.predicted`), for
+            whole steps.
 
     Attributes:
         norm: of the last residual [N, N m].
+        symmetric: whether the tangent is.
     """
 
     def __init__(
@@ -185,16 +197,18 @@ class Newton:
         max_iterations: int,
         prefix: str,
         line_search: str = "bt",
+        predicted: bool = False,
     ) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
+        self._last = q.duplicate() if predicted else None
         search = EnergySearch(balloon)
-        symmetric = has_symmetric_load(balloon, q)
+        self.symmetric = symmetric = has_symmetric_load(balloon, q)
         K = balloon.tangent(q, iteration=True)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
-        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x), K)
+        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x, self._last), K)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
         keep_apart(snes, balloon, self._r, symmetric or balloon.motion is not None)
@@ -215,6 +229,8 @@ class Newton:
         """Free the PETSc objects and with them the references to the balloon."""
         self.snes.destroy()
         self._r.destroy()
+        if self._last is not None:
+            self._last.destroy()
 
 
 def free_share(balloon: Balloon, q: Any, step: Any) -> float:
