@@ -115,6 +115,11 @@ def set_direct_solver(ksp: Any, symmetric: bool) -> None:
             database[name] = value
     pc.setFromOptions()
     ksp.setFromOptions()
+    ksp.setPreSolve(_look)
+
+
+def _look(ksp: Any, b: Any, x: Any) -> None:
+    """What lets Python look for Ctrl-C in an eigensolver, which asks for nothing else from solve to solve."""
 
 
 def asymmetry(matrix: Any) -> float:
