@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -31,12 +31,14 @@ from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 from lobefem.log import logger
-from lobefem.stability import Mode
 from lobefem.states import Checkpoint, Keepable, load_state, save_state
 
 # isort: split
 from dolfinx import fem
 from dolfinx.io import XDMFFile
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = [
     "RunFolder",

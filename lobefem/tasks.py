@@ -7,16 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import lobefem
 from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
 from lobefem.errors import InputError, SolveError
-from lobefem.kink import has_kink, one_sided_modes
-from lobefem.stability import Mode, find_modes
 from lobefem.storage import Snapshot
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = [
     "KINK",
@@ -120,6 +121,10 @@ def modes(
     Raises:
         InputError: an ideal state asked of a cylinder.
     """
+    # slow to import: inflate does without
+    from lobefem.kink import has_kink, one_sided_modes
+    from lobefem.stability import find_modes
+
     check_state(state, design)
     results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
     if design.film.law == "fixed-wrinkles":
