@@ -23,7 +23,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lobefem._files import on_root, replace, replacing, require_writable, save_json, to_json
 from lobefem.balloon import Balloon
@@ -31,9 +31,11 @@ from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 from lobefem.fields import Snapshot, save_fields
 from lobefem.log import logger
-from lobefem.stability import Mode
 from lobefem.states import Checkpoint, Keepable, load_modes, load_state, save_modes, save_state
 from lobefem.units import shown
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = ["RunFolder", "Snapshot"]
 
