@@ -43,6 +43,8 @@ def options(prefix: str, values: Mapping[str, Any]) -> Iterator[None]:
 def set_direct_solver(ksp: Any, symmetric: bool) -> None:
     """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not.
 
+    Options of the user's under the solver's prefix make it another solver.
+
     MUMPS's options stay in PETSc's database under the solver's prefix: PETSc reads them whenever it makes
     a factor's matrix, which is when there are operators, and again after `PC.reset`.
     """

@@ -198,6 +198,11 @@ class Newton:
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
         keep_apart(snes, balloon, self._r, symmetric or balloon.motion is not None)
+        if snes.getKSP().getPC().getType() == PETSc.PC.Type.GAMG:  # the user's choice
+            x = balloon.V.tabulate_dof_coordinates()
+            K.setNearNullSpace(
+                PETSc.NullSpace().create(vectors=balloon.map.rigid_motions(x), comm=balloon.comm)
+            )
 
     def solve(self, q: Any) -> tuple[int, int]:
         """Solve from q in place; returns SNES's converged reason and iterations. Collective."""
