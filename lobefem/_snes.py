@@ -6,11 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from lobefem import _petsc
 from lobefem.balloon import Balloon
 
 # isort: split
+from mpi4py import MPI
 from petsc4py import PETSc
 
 __all__ = [
@@ -23,6 +25,10 @@ __all__ = [
     "keep_apart",
     "set_up",
 ]
+
+Array = npt.NDArray[np.float64]
+
+_KEPT = 0.3  # share of the residual that a step may leave for the tangent to be kept
 
 _WORDS = {
     "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
@@ -55,23 +61,51 @@ class EnergySearch:
         self.balloon = balloon
         self._base: float | None = None
         self._stiffness: Any = None
+        self._tangent_at: Array | None = None  # where SNES's matrix was assembled
+        self._norm = math.inf
+        self._known: tuple[Array, tuple[float, float]] | None = None  # the last energy, and where
 
-    def tangent(self, snes: Any, x: Any) -> Any:
-        """The balloon's tangent at x, from where a new line search starts. Collective."""
-        self._base = None
+    def assemble(self, x: Any) -> Any:
+        """The tangent at x, which `tangent` need not assemble again there. Collective."""
         K = self.balloon.tangent(x, iteration=True)
-        follow_pattern(snes, self.balloon)
         self._stiffness = K.getDiagonal(self._stiffness)
+        self._tangent_at = self._place(x)
         return K
+
+    def tangent(self, snes: Any, x: Any) -> None:
+        """Bring the tangent, from where a new line search starts, up to date at x. Collective.
+
+        It stays as it is, and so does its factorisation, as long as a step with it takes the residual
+        below `_KEPT` of what it was: about ten such steps cost as much as one with a new tangent.
+        """
+        self._base = None
+        last, self._norm = self._norm, snes.getFunctionNorm()
+        # the barrier of film in contact is too steep for the tangent of another place
+        going_well = self.balloon.contact is None and self._norm < _KEPT * last
+        if (snes.getIterationNumber() and going_well) or self._same(self._tangent_at, x):
+            return
+        self.assemble(x)
+        follow_pattern(snes, self.balloon)
 
     def __call__(self, snes: Any, x: Any) -> float:
         """The objective at x. Collective."""
         if self._base is None:
             self.balloon.freeze_plates(x)
-        energy, size = self.balloon.energy(x)
+        # a line search starts where the last one ended
+        if self._known is None or not self._same(self._known[0], x):
+            self._known = self._place(x), self.balloon.energy(x)
+        energy, size = self._known[1]
         if self._base is None:
             self._base = energy
         return self._base if abs(energy - self._base) <= 1e-12 * size else energy
+
+    def _place(self, x: Any) -> Array:
+        return np.append(x.array_r, (self.balloon.pressure.value, self.balloon.prestress.value))
+
+    def _same(self, place: Array | None, x: Any) -> bool:
+        """Whether a place is x under the present loads. Collective."""
+        same = place is not None and np.array_equal(place, self._place(x))
+        return bool(self.balloon.comm.allreduce(same, op=MPI.LAND))
 
     def converged(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
         """Whether the residual is below the tolerance, or below what it can resolve. Collective.
@@ -190,7 +224,7 @@ class Newton:
         self._r = q.duplicate()
         search = EnergySearch(balloon)
         symmetric = has_symmetric_load(balloon, q)
-        K = balloon.tangent(q, iteration=True)
+        K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)

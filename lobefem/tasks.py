@@ -84,7 +84,7 @@ def inflate(design: Design, *, comm: Any = None, progress: Progress | None = Non
     balloon = design.balloon(design.surface(comm))
     state: Equilibrium | None
     try:
-        state = find_equilibrium(balloon, pressures[0], progress=progress)
+        state = find_equilibrium(balloon, pressures[0], nested=True, progress=progress)
     except SolveError as error:
         outcome.error, state = error, getattr(error, "state", None)
     if state is not None:
@@ -135,7 +135,9 @@ def modes(
             if state == "ideal":
                 held = ideal_state(balloon, pressure)
             else:
-                held = previous = find_equilibrium(balloon, pressure, start=previous, progress=progress)
+                held = previous = find_equilibrium(
+                    balloon, pressure, start=previous, nested=True, progress=progress
+                )
             if progress is not None:
                 progress(f"modes at {pressure:g} Pa")
             sides = None
