@@ -76,7 +76,12 @@ def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], di
 
 
 def grid(
-    shape: Meridian, lobes: int, divisions: tuple[int, int], diagonals: str | None, share: int = 0, of: int = 1
+    shape: Meridian,
+    lobes: int,
+    divisions: tuple[int, int],
+    diagonals: str | None,
+    share: int = 0,
+    of: int = 1,
 ) -> Net:
     """A structured net, or the rows of one of several equal shares.
 

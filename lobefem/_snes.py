@@ -206,7 +206,7 @@ def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = 
     if search.balloon.forms.has_energy and (symmetric or search.balloon.motion is not None):
         snes.setObjective(search)
     snes.setConvergenceTest(search.converged)
-    _petsc.set_direct_solver(snes.getKSP(), symmetric)
+    _petsc.set_direct_solver(snes.getKSP(), symmetric, search.balloon.map.size >= _petsc.COMPRESS)
     # petsc4py before 3.23 has no handle on the line search
     with _petsc.options(snes.getOptionsPrefix(), {"snes_linesearch_type": line_search}):
         snes.setFromOptions()
@@ -253,6 +253,11 @@ class Newton:
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
         keep_apart(snes, balloon, self._r, symmetric or balloon.motion is not None)
+        if snes.getKSP().getPC().getType() == PETSc.PC.Type.GAMG:  # the user's choice
+            x = balloon.V.tabulate_dof_coordinates()
+            K.setNearNullSpace(
+                PETSc.NullSpace().create(vectors=balloon.map.rigid_motions(x), comm=balloon.comm)
+            )
 
     def solve(self, q: Any) -> tuple[int, int]:
         """Solve from q in place; returns SNES's converged reason and iterations. Collective."""

@@ -12,13 +12,23 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _net
+from lobefem import _dolfinx, _net  # noqa: F401  (the stack, before PETSc)
 from lobefem.balloon import Balloon
 from lobefem.surface import coarser
+
+# isort: split
+from petsc4py import PETSc
 
 __all__ = ["coarser_balloon", "interpolate"]
 
 Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+# weights of four coarse nodes in a row: at the second one, half-way to the third, half-way from the first
+# one of a lobe to its second
+_SAME = np.array([0.0, 1.0, 0.0, 0.0])
+_MIDDLE = np.array([-1.0, 9.0, 9.0, -1.0]) / 16
+_FIRST = np.array([3.0, 6.0, -1.0, 0.0]) / 8
 
 _WORTH = 4000  # nodes of a mesh above which a coarser one saves time
 _PER_RANK = 1000  # nodes on a rank below which a coarser mesh does not
@@ -44,8 +54,8 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
     """The unknowns of a balloon from those of `coarser_balloon`. Collective.
 
     Displacements between the coarse nodes are cubic in the radial, hoop and axial components, lobe by
-    lobe, for the meridian is bent at a seam; plates move as they do there. Every rank gets the whole coarse
-    field: 24 bytes a node.
+    lobe, for the meridian is bent at a seam; plates move as they do there. Each rank gets the coarse nodes
+    about its own.
 
     Args:
         coarse: the coarser balloon.
@@ -53,55 +63,81 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
         balloon: the finer one, its displacement is overwritten.
     """
     coarse.place(q)
-    row, column, shape = _places(coarse)
-    owned = coarse.map.owned // 3
-    field = np.zeros((*shape, 3))
-    field[row[:owned], column[:owned]] = coarse.u.x.array.reshape(-1, 3)[:owned]
-    coarse.comm.Allreduce(field.copy(), field)
-
-    turned = _turn(field, -1)
-    fine = _turn(_between(_around(turned), coarse.surface.num_lobes), 1)
-    row, column, _ = _places(balloon)
-    balloon.u.x.array[:] = fine[row, column].ravel()
+    row, column, around = _places(coarse)
+    fine_row, fine_column, _ = _places(balloon)
+    cells = coarse.order * coarse.surface.divisions[0]
+    rows, row_weights = _within_lobe(fine_row, cells)
+    columns, column_weights = _around(fine_column, around)
+    at = rows[:, :, None] * around + columns[:, None, :]
+    needed, local = np.unique(at, return_inverse=True)
+    count = (coarse.surface.num_lobes * cells + 1) * around
+    values = _collect(coarse, row * around + column, needed, count)[local.reshape(at.shape)]
+    # from the coarse node's azimuth to the fine one's
+    turn = np.pi * (fine_column[:, None] - 2 * columns) / around
+    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    x, y, z = np.moveaxis(values, -1, 0)
+    weights = row_weights[:, :, None] * column_weights[:, None, :]
+    turned = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+    owned = balloon.map.owned
+    balloon.u.x.array[:owned] = np.einsum("nab,nabi->ni", weights, turned).ravel()
+    balloon.u.x.scatter_forward()
     w, _, _ = coarse.map.plate_parameters(coarse.map.parameters(q))
     return balloon.map.unknowns(balloon.u, w)
 
 
-def _places(balloon: Balloon) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], tuple[int, int]]:
-    """Row and column of each node of this rank in the grid, and the grid's shape."""
-    surface, x = balloon.surface, balloon.V.tabulate_dof_coordinates()
-    along, around = (balloon.order * count for count in surface.divisions)
+def _collect(coarse: Balloon, places: Integers, needed: Integers, count: int) -> Array:
+    """Displacements (n, 3) of nodes by their place in the grid, from the ranks that own them. Collective."""
+    at: Any = places.astype(PETSc.IntType)
+    rows: Any = needed.astype(PETSc.IntType)
+    whole: Any = None  # of the vector that receives
+    field = PETSc.Vec().createMPI(3 * count, bsize=3, comm=coarse.comm)
+    field.setValuesBlocked(at, coarse.u.x.array[: coarse.map.owned])
+    field.assemble()
+    found = PETSc.Vec().createSeq(3 * len(needed), bsize=3)
+    chosen = PETSc.IS().createBlock(3, rows, comm=PETSc.COMM_SELF)
+    scatter = PETSc.Scatter().create(field, chosen, found, whole)
+    scatter.scatter(field, found)
+    return found.array_r.reshape(-1, 3)
+
+
+def _heights(balloon: Balloon) -> Array:
+    """Heights of the grid's rows [m]."""
+    surface = balloon.surface
+    along = balloon.order * surface.divisions[0]
     t = surface.shape.arc_length / along * np.arange(surface.num_lobes * along + 1)
-    heights = _net.place(surface.shape, surface.num_lobes, t, np.zeros_like(t))[:, 2]
+    return _net.place(surface.shape, surface.num_lobes, t, np.zeros_like(t))[:, 2]
+
+
+def _places(balloon: Balloon) -> tuple[Integers, Integers, int]:
+    """Row and column in the grid of each node that this rank owns, and the grid's columns."""
+    heights, x = _heights(balloon), balloon.V.tabulate_dof_coordinates()[: balloon.map.owned // 3]
+    around = balloon.order * balloon.surface.divisions[1]
     row = np.searchsorted((heights[1:] + heights[:-1]) / 2, x[:, 2])
     column = np.rint(np.arctan2(x[:, 1], x[:, 0]) * around / (2 * np.pi)).astype(np.int64) % around
-    return row, column, (len(t), around)
+    return row, column, around
 
 
-def _turn(field: Array, sign: int) -> Array:
-    """Cartesian components of cylindrical ones (sign 1), or the other way round (-1)."""
-    theta = sign * 2 * np.pi / field.shape[1] * np.arange(field.shape[1])
-    c, s = np.cos(theta), np.sin(theta)
-    x, y, z = np.moveaxis(field, -1, 0)
-    return np.stack((c * x - s * y, s * x + c * y, z), axis=-1)
+def _around(J: Integers, around: int) -> tuple[Integers, Array]:
+    """Four columns of the coarse grid, which close upon themselves, and their weights for fine ones J."""
+    columns = (J[:, None] // 2 + np.array([-1, 0, 1, 2])) % around
+    return columns, np.where(J[:, None] % 2, _MIDDLE, _SAME)
 
 
-def _around(field: Array) -> Array:
-    """Twice the columns, which close upon themselves."""
-    before, after = np.roll(field, 1, axis=1), np.roll(field, -1, axis=1)
-    out = np.repeat(field, 2, axis=1)
-    out[:, 1::2] = (9 * (field + after) - before - np.roll(field, -2, axis=1)) / 16
-    return out
+def _within_lobe(I: Integers, cells: int) -> tuple[Integers, Array]:  # noqa: E741
+    """Four rows of the coarse grid, of one lobe, and their weights for fine rows I.
 
-
-def _between(field: Array, lobes: int) -> Array:
-    """Twice the rows of cells, lobe by lobe."""
-    cells = (len(field) - 1) // lobes
-    g = field[np.arange(lobes)[:, None] * cells + np.arange(cells + 1)]
-    middle = (g[:, 1:] + g[:, :-1]) / 2
-    middle[:, 1:-1] = (9 * (g[:, 1:-2] + g[:, 2:-1]) - g[:, :-3] - g[:, 3:]) / 16
-    middle[:, 0] = (3 * g[:, 0] + 6 * g[:, 1] - g[:, 2]) / 8
-    middle[:, -1] = (3 * g[:, -1] + 6 * g[:, -2] - g[:, -3]) / 8
-    out = np.repeat(field, 2, axis=0)[:-1]
-    out[1::2] = middle.reshape(lobes * cells, *field.shape[1:])
-    return out
+    Args:
+        I: fine rows.
+        cells: rows of cells of a lobe in the coarse grid, at least 3.
+    """
+    lobe = np.maximum(I - 1, 0) // (2 * cells)
+    i = I - 2 * cells * lobe
+    weights = np.where(i[:, None] % 2, _MIDDLE, _SAME)
+    weights[i == 1] = _FIRST
+    weights[i == 2 * cells - 1] = _FIRST[::-1]
+    # next to an edge of the lobe the four are those at the edge
+    first = np.clip(i // 2 - 1, 0, cells - 3)
+    shift = i // 2 - 1 - first
+    even = i % 2 == 0
+    weights[even] = np.eye(4)[(1 + shift)[even]]
+    return (lobe * cells + first)[:, None] + np.arange(4), weights
