@@ -13,6 +13,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -82,6 +83,7 @@ def inflate(
     profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
+    report: options.Report = False,
     json: options.Json = None,
 ) -> None:
     """The equilibrium under gas pressure: volume, stress, forces, wrinkles."""
@@ -117,6 +119,7 @@ def modes(
     profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
+    report: options.Report = False,
     json: options.Json = None,
 ) -> None:
     """The lowest buckling modes at each pressure; a negative real part means unstable."""
@@ -161,6 +164,7 @@ def critical(
     profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
+    report: options.Report = False,
     json: options.Json = None,
 ) -> None:
     """The lowest pressure at which the balloon turns unstable; whether that depends on the mesh."""
@@ -209,6 +213,7 @@ def harmonics(
     profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
+    report: options.Report = False,
     json: options.Json = None,
 ) -> None:
     """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
@@ -247,6 +252,7 @@ def perturb(
     profile: options.Profile = False,
     out: options.Out = None,
     overwrite: options.Overwrite = False,
+    report: options.Report = False,
     resume: options.Resume = False,
     json: options.Json = None,
 ) -> None:
@@ -268,6 +274,18 @@ def perturb(
         )  # fmt: skip
 
     _run(context, study)
+
+
+@app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))
+def report(
+    context: typer.Context,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of them.")],
+) -> None:
+    """One page of all that a run folder holds: DIR/report.html, which needs no network."""
+    if context.obj.is_root:
+        from lobefem.report import write_report
+
+        print(f"The report is {write_report(folder)}")
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
@@ -352,6 +370,8 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
         comm = MPI.COMM_WORLD
         design = _overridden(given, comm)
         folder = None
+        if given["report"] and given["out"] is None:
+            raise InputError("--report is written into the folder of --out; give one")
         if given["out"] is not None:
             folder = storage.RunFolder(
                 given["out"], comm, overwrite=given["overwrite"], resume=given.get("resume", False)
@@ -372,6 +392,10 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
             if folder is not None:
                 with profiling.stage("output"):
                     folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
+                    if given["report"]:
+                        from lobefem.report import write_report
+
+                        _files.on_root(comm, folder.path, lambda: write_report(folder.path))
         if given["json"] and not to_stdout:
             _files.save_json(given["json"], outcome.results, comm)
     if ranks.is_root:
@@ -383,6 +407,8 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
             show(outcome.results)
             if folder is not None:
                 print(f"Results and fields for ParaView are in {folder.path}")
+                if given["report"]:
+                    print(f"The report is {folder.path / 'report.html'}")
         sys.stdout.flush()
         if profile is not None:
             show_profile(profile.as_dict())

@@ -38,6 +38,7 @@ __all__ = [
     "Prestress",
     "Profile",
     "Release",
+    "Report",
     "Resume",
     "Slack",
     "State",
@@ -154,6 +155,10 @@ Petsc = Annotated[
 Profile = Annotated[
     bool,
     typer.Option("--profile", help="Say where the time went, stage by stage.", rich_help_panel=_OUTPUT),
+]
+Report = Annotated[
+    bool,
+    typer.Option("--report", help="Write report.html into --out.", rich_help_panel=_OUTPUT),
 ]
 Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fields.", _OUTPUT)]
 Overwrite = Annotated[
