@@ -116,8 +116,8 @@ def number(value: Any) -> str:
 def warnings(run: Run) -> list[str]:
     """What a reader must know before the numbers: failures first."""
     found = [f"The run failed: {run.results['error']}"] if run.results.get("error") else []
-    found += [fault[:1].upper() + fault[1:] for fault in run.faults]
-    told = run.results.get("warnings")
+    found += run.faults
+    told = run.results.get("warnings")  # sentences without a capital: errors begin so on the command line
     behaviour = dict(_pairs(run.results.get("lowest"))).get("behaviour")
     found += [_MESHES[behaviour]] if behaviour in _MESHES else []
     found += [text[:1].upper() + text[1:] for text in map(str, told if isinstance(told, list) else ())]
@@ -215,13 +215,13 @@ def trends(run: Run) -> list[Table]:
     if rows:
         head = ("critical pressure", "behaviour", "limit [Pa]", "uncertainty [Pa]", "order")
         tables.append(Table("What p = limit + C h^order says of the meshes", head, tuple(rows)))
-    sides = tuple(
-        (number(side.get("law")), number(side.get("lowest")), number(side.get("unstable_from")))
+    sides: tuple[tuple[str, ...], ...] = tuple(
+        tuple(number(side.get(key)) for key in ("law", "lowest", "unstable_from"))
         for side in _dicts(results.get("continuum_of_one_lobe"))
     )
     if sides:
-        head = ("film of one lobe", "lowest critical pressure [Pa]", "unstable at any pressure from n =")
-        tables.append(Table("Without a mesh", head, sides))
+        columns = ("film of one lobe", "lowest critical pressure [Pa]", "unstable at any pressure from n =")
+        tables.append(Table("Without a mesh", columns, sides))
     return tables
 
 

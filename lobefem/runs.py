@@ -162,7 +162,7 @@ def _text(path: Path, faults: list[str]) -> str:
 
 def _results(path: Path, faults: list[str]) -> dict[str, Any]:
     if not (path / "results.json").is_file():
-        faults.append("there is no results.json: this run has not come to its end")
+        faults.append("No results.json: this run has not come to its end")
         return {}
     try:
         found = json.loads(_text(path / "results.json", faults))
