@@ -254,8 +254,8 @@ def refinement(run: Run) -> Chart | None:
             "type": "scatter", "mode": "lines+markers", "x": around,
             "y": [r["critical_pressure"] for r in rows], "name": "lowest of all",
             "line": {"color": COLOURS["local"], "width": 2.5}, "marker": {"size": 8},
-            "text": [f"n = {r.get('harmonic', '?')}" for r in rows],
-            "hovertemplate": "lowest of all, %{text}<br>%{y:.5g} Pa on %{x} divisions<extra></extra>",
+            "text": [f", n = {r['harmonic']}" if "harmonic" in r else "" for r in rows],
+            "hovertemplate": "lowest of all%{text}<br>%{y:.5g} Pa on %{x} divisions<extra></extra>",
         }
     )  # fmt: skip
     published = run.results.get("published")
@@ -273,12 +273,14 @@ def refinement(run: Run) -> Chart | None:
         told = f"From mesh to mesh the lowest goes from {values[0]:.4g} to {values[-1]:.4g} Pa."
     words = {"falls": " It does not converge.", "converges": " It converges.", "open": " Undecided."}
     told += words.get(run.results.get("lowest", {}).get("behaviour"), "")
-    table = rows_of(
-        ("mesh", "lowest of all [Pa]", "n", *columns),
-        ([" × ".join(map(str, r["divisions"])) for r in rows], values, [r.get("harmonic") for r in rows],
-         *columns.values()),
-        "Critical pressures by mesh",
-    )  # fmt: skip
+    harmonic = {"n": [r["harmonic"] for r in rows]} if all("harmonic" in r for r in rows) else {}
+    told_by = {
+        "mesh": [" × ".join(map(str, r["divisions"])) for r in rows],
+        "lowest of all [Pa]": values,
+        **harmonic,
+        **columns,
+    }
+    table = rows_of(list(told_by), list(told_by.values()), "Critical pressures by mesh")
     return Chart(
         "Critical pressure by mesh",
         told, traces, "divisions around", "critical pressure [Pa]",

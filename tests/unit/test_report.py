@@ -86,6 +86,17 @@ class Outline(HTMLParser):
         assert not any(name.startswith("on") for name in given)
 
 
+def test_the_command_and_its_refusals(run, capfd):
+    """On any number of ranks; --report has been given to the run itself."""
+    assert (run / report.FILE).is_file()
+    capfd.readouterr()
+    assert cli.main(["report", str(run)]) == 0
+    assert cli.main(["inflate", SINGLE, "--report"]) == 2
+    out, err = MPI.COMM_WORLD.bcast(tuple(capfd.readouterr()), root=0)
+    assert out == f"The report is {run / report.FILE}\n"
+    assert err == "lobefem: --report is written into the folder of --out; give one\n"
+
+
 @alone
 def test_the_page_is_whole_and_sane(run):
     """Nothing from outside, one h1, no heading level left out, captions and alts, warnings first."""
