@@ -169,7 +169,6 @@ def _part(run: Run, name: str, room: int) -> _Part:
             "convergence",
             charts=residuals,
             tables=made("Convergence", report_tables.convergence) or [],
-            files={"log.txt": run.log} if run.log else {},
         ),
         _Section(
             "Design",
@@ -178,6 +177,7 @@ def _part(run: Run, name: str, room: int) -> _Part:
             files={"design.toml": run.design_text} if run.design_text else {},
         ),
         _Section("Made with", "versions", tables=_present(report_tables.versions(run))),
+        _Section("Log", "log", files={"log.txt": run.log} if run.log else {}),
     ]
     return _Part(
         run,

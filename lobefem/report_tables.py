@@ -118,7 +118,7 @@ def warnings(run: Run) -> list[str]:
     found = [f"The run failed: {run.results['error']}"] if run.results.get("error") else []
     found += run.faults
     told = run.results.get("warnings")  # sentences without a capital: errors begin so on the command line
-    behaviour = dict(_pairs(run.results.get("lowest"))).get("behaviour")
+    behaviour = str(dict(_pairs(run.results.get("lowest"))).get("behaviour"))
     found += [_MESHES[behaviour]] if behaviour in _MESHES else []
     found += [text[:1].upper() + text[1:] for text in map(str, told if isinstance(told, list) else ())]
     return [text.rstrip(".") + "." for text in found]
