@@ -21,6 +21,7 @@ from lobefem.equilibrium import Equilibrium, Progress, record
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.guides import Guide
 from lobefem.log import logger
+from lobefem.progress import said
 
 # isort: split
 from mpi4py import MPI
@@ -197,7 +198,7 @@ def _ramp(
         )
         logger.info(say)
         if progress is not None:
-            progress(say)
+            progress(said(say, target if reason > 0 else share))
         if reason > 0:
             passed += 1
             if passed > 1:

@@ -16,6 +16,7 @@ from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.log import logger
 from lobefem.profiling import timed
+from lobefem.progress import said
 
 __all__ = ["Equilibrium", "ideal_state", "inflate", "placed_state", "record", "require_whole"]
 
@@ -147,6 +148,7 @@ def inflate(
     rtol: float = 1e-8,
     max_iterations: int = 40,
     min_step: float = 1e-3,
+    on_step: Callable[[Equilibrium], None] | None = None,
     progress: Progress | None = None,
 ) -> Equilibrium:
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
@@ -163,6 +165,7 @@ def inflate(
         rtol: norm of the residual over that of the pressure's nodal forces.
         max_iterations: Newton iterations of one solve.
         min_step: smallest pressure step, as a share of the whole.
+        on_step: called on all ranks with the equilibrium after each pressure step.
         progress: called with a line of text after each solve.
 
     Raises:
@@ -186,7 +189,7 @@ def inflate(
     _check_start(balloon, q, start)
     solver = Newton(balloon, q, rtol, max_iterations, PREFIX)
     try:
-        return _step(balloon, solver, q, start, pressure, prestress, min_step, progress)
+        return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress)
     finally:
         solver.destroy()
 
@@ -228,6 +231,7 @@ def _step(
     end: float,
     prestress: float,
     min_step: float,
+    on_step: Callable[[Equilibrium], None] | None,
     progress: Progress | None,
 ) -> Equilibrium:
     """One step to the end, halved when it fails and doubled when it does not."""
@@ -243,11 +247,15 @@ def _step(
         say = f"inflate {p:.6g} Pa: {REASONS[reason]} after {count} iterations, |r| = {solver.norm:.2e}"
         logger.info(say)
         if progress is not None:
-            progress(say)
+            progress(said(say, target if reason > 0 else share))
         if reason > 0:
             visited.append(p)
-            if target == 1.0:
-                return record(balloon, q, True, REASONS[reason], iterations, tuple(visited))
+            if target == 1.0 or on_step is not None:
+                state = record(balloon, q, True, REASONS[reason], iterations, tuple(visited))
+                if on_step is not None:
+                    on_step(state)
+                if target == 1.0:
+                    return state
             share, step = target, 2 * step
             q.copy(last)
             continue
@@ -255,14 +263,14 @@ def _step(
         step /= 2
         if step < min_step:
             balloon.set_loads(begin + share * (end - begin), prestress)
-            state = start
+            last_state = start
             if visited:
-                state = record(balloon, q, True, "last converged", iterations, tuple(visited))
+                last_state = record(balloon, q, True, "last converged", iterations, tuple(visited))
             raise ConvergenceError(
                 f"inflate stopped at {begin + share * (end - begin):.6g} Pa of {end:.6g} Pa "
                 f"({REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
                 "prestressed film, or a start that is not flat",
-                state=state,
+                state=last_state,
                 pressure=p,
                 residual=solver.norm,
                 reason=REASONS[reason],

@@ -20,6 +20,7 @@ from lobefem.errors import ConvergenceError, InputError
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.log import logger
 from lobefem.measures import largest, nodal_areas
+from lobefem.progress import said
 from lobefem.stability import Mode, Modes, find_modes
 
 # isort: split
@@ -173,11 +174,17 @@ def release(
     balloon.set_loads(start.pressure, start.prestress)
     q = start.vector()
 
+    first = share = 0.0
+
     def report(record: Record, unknowns: Array) -> None:
-        say(
+        nonlocal first, share
+        first = first or record.relative_residual
+        share = max(share, _way(first, record.relative_residual, settled))
+        text = (
             f"release {record.time:.3g} s, step {record.number}: |r| = {record.relative_residual:.1e} of the "
             f"load, V = {record.volume:.6g} m^3"
         )
+        say(said(text, share))
         if on_step is not None:
             on_step(record, Moment(balloon, start.pressure, start.prestress, unknowns))
 
@@ -224,6 +231,13 @@ def release(
         history=records,
         rejected=rejected,
     )
+
+
+def _way(first: float, now: float, settled: float) -> float:
+    """Share of the way from the first residual to rest, for forces that fade exponentially."""
+    if not 0 < settled < first:
+        return 0.0
+    return math.log(first / max(now, settled)) / math.log(first / settled)
 
 
 def _check(

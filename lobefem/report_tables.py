@@ -12,7 +12,7 @@ from lobefem.runs import Run
 
 __all__ = [
     "Table", "convergence", "design", "modes", "number", "numbers", "pressures", "rows_of", "stored_modes",
-    "trends", "versions", "warnings",
+    "sweep", "trends", "versions", "warnings",
 ]  # fmt: skip
 
 
@@ -82,7 +82,7 @@ _MESHES = {
 }
 _HIDDEN = {
     "schema", "command", "title", "version", "versions", "warnings", "profile", "film", "load", "support",
-    "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited",
+    "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited", "rows",
 }  # fmt: skip
 _ENERGY = {
     "constraint": "work of the constraint",
@@ -280,6 +280,22 @@ def stored_modes(run: Run, step: int) -> Sequence[Mapping[str, Any]]:
         told = [run.results]  # the one critical mode
     count = run.steps[step].num_modes
     return [*told, *({} for _ in range(count))][:count]
+
+
+def sweep(run: Run) -> Table | None:
+    """The points of `lobefem sweep`: what varied, what was found, where it is."""
+    rows = _dicts(run.results.get("rows"))
+    if not rows:
+        return None
+    values, found = ([dict(_pairs(row.get(key))) for row in rows] for key in ("values", "found"))
+    columns = {name: [one.get(name, "") for one in values] for name in _names(values)}
+    columns |= {name: [one.get(name, "") for one in found] for name in _names(found)}
+    columns |= {key: [row.get(key, "") for row in rows] for key in ("reason", "folder")}
+    return rows_of(list(columns), list(columns.values()), "Points of the sweep, in SI units")
+
+
+def _names(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    return list(dict.fromkeys(name for row in rows for name in row))
 
 
 def design(run: Run) -> Table:

@@ -5,9 +5,10 @@ A state is kept as NumPy arrays in the mesh's input order. Files are data: nothi
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -18,11 +19,20 @@ import numpy.typing as npt
 from lobefem import _dolfinx
 from lobefem._files import on_root, replacing
 from lobefem.balloon import Balloon
+from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
+from lobefem.stability import Mode
 
-__all__ = ["Checkpoint", "Keepable", "load_state", "save_state"]
+# isort: split
+from dolfinx import fem
+
+__all__ = ["Checkpoint", "Keepable", "load_modes", "load_state", "save_modes", "save_state"]
 
 Array = npt.NDArray[np.float64]
+_FIELD = "field:"
+_OWN = ("balloon", "pressure", "prestress", "unknowns", "displacement")
+_MEASURED = tuple(f.name for f in dataclasses.fields(Equilibrium) if f.name not in _OWN)
+_MODE = ("residual", "harmonic", "harmonics", "kind")
 
 
 class Keepable(Protocol):
@@ -57,6 +67,7 @@ class Checkpoint:
         pressure, prestress: as in `Equilibrium` [Pa].
         unknowns: this rank's part of q.
         notes: what was kept with it.
+        fields: other nodal fields that were, by name: this rank's values, ghosts included (nodes, 3).
     """
 
     balloon: Balloon = field(repr=False)
@@ -64,6 +75,7 @@ class Checkpoint:
     prestress: float
     unknowns: Array = field(repr=False)
     notes: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    fields: Mapping[str, Array] = field(default_factory=dict, repr=False)
 
     def vector(self) -> Any:
         """The unknowns q as a PETSc vector. Collective."""
@@ -72,13 +84,19 @@ class Checkpoint:
         return q
 
 
-def save_state(path: str | Path, state: Keepable, notes: Mapping[str, Any] | None = None) -> None:
+def save_state(
+    path: str | Path,
+    state: Keepable,
+    notes: Mapping[str, Any] | None = None,
+    fields: Mapping[str, Array] | None = None,
+) -> None:
     """Keep a state, complete or not at all. Collective.
 
     Args:
         path: of the file.
         state: of a balloon without temporary constraints.
         notes: plain data to keep with it.
+        fields: nodal fields to keep with it, each as `displacement` is (nodes, 3).
 
     Raises:
         InputError: the file system refuses.
@@ -87,18 +105,19 @@ def save_state(path: str | Path, state: Keepable, notes: Mapping[str, Any] | Non
     owned = balloon.V.dofmap.index_map.size_local
     x = balloon.V.tabulate_dof_coordinates()[:owned]
     parameters = balloon.map.parameters(state.vector())
-    parts = comm.gather((_input_order(balloon), x, state.displacement[:owned]), root=0)
+    nodal = {"position": x, "displacement": state.displacement[:owned]}
+    nodal |= {_FIELD + name: values[:owned] for name, values in (fields or {}).items()}
+    parts = comm.gather((_input_order(balloon), nodal), root=0)
 
     def write() -> None:
-        order = np.concatenate([part[0] for part in parts])
-        position, displacement = np.empty((len(order), 3)), np.empty((len(order), 3))
-        position[order] = np.concatenate([part[1] for part in parts])
-        displacement[order] = np.concatenate([part[2] for part in parts])
+        order = np.concatenate([numbers for numbers, _ in parts])
+        whole = {name: np.empty((len(order), 3)) for name in nodal}
+        for name, values in whole.items():
+            values[order] = np.concatenate([part[name] for _, part in parts])
         with replacing(Path(path)) as stream:
             np.savez(
                 stream,
-                position=position,
-                displacement=displacement,
+                **whole,  # type: ignore[arg-type]
                 plate_parameters=parameters,
                 pressure=state.pressure,
                 prestress=state.prestress,
@@ -138,7 +157,80 @@ def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
     extra = balloon.map.local_size - len(free)  # the last rank holds the plates' parameters
     unknowns = np.concatenate([free, data["plate_parameters"][:extra]])
     notes = json.loads(str(data["notes"])) if "notes" in data else {}
-    return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns, notes)
+    fields = {
+        name.removeprefix(_FIELD): _with_ghosts(balloon, values[order])
+        for name, values in data.items()
+        if name.startswith(_FIELD)
+    }
+    return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns, notes, fields)
+
+
+def _with_ghosts(balloon: Balloon, owned: Array) -> Array:
+    """Values of this rank's own nodes (n, 3), and of its ghosts from their owners. Collective."""
+    function = fem.Function(balloon.V)
+    function.x.array[: owned.size] = owned.ravel()
+    function.x.scatter_forward()
+    return function.x.array.reshape(-1, 3).copy()
+
+
+def save_modes(path: str | Path, state: Equilibrium, modes: Sequence[Mode], notes: Mapping[str, Any]) -> None:
+    """Keep a state with modes, complete or not at all. Collective.
+
+    Args:
+        path: of the file.
+        state: of a balloon without temporary constraints.
+        modes: of it, or of the same balloon with another tangent.
+        notes: plain data to keep with them.
+
+    Raises:
+        InputError: the file system refuses.
+    """
+    fields: dict[str, Array] = {}
+    for k, mode in enumerate(modes):
+        fields[f"real:{k}"], fields[f"imag:{k}"] = mode.displacement, mode.displacement_imag
+    scalars = [
+        {"value": [mode.value.real, mode.value.imag]} | {name: getattr(mode, name) for name in _MODE}
+        for mode in modes
+    ]
+    measured = {name: getattr(state, name) for name in _MEASURED}
+    save_state(path, state, {"modes": scalars, "state": measured, "notes": dict(notes)}, fields)
+
+
+def load_modes(path: str | Path, balloon: Balloon) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
+    """What `save_modes` was given, for a balloon of the same design, on any number of ranks. Collective.
+
+    Raises:
+        InputError: no such file, no modes, or of another mesh or support.
+    """
+    kept = load_state(path, balloon)
+    notes = kept.notes
+    if not {"modes", "state", "notes"} <= set(notes):
+        raise InputError(f"'{path}' holds no modes; start afresh with --overwrite")
+    balloon.set_loads(kept.pressure, kept.prestress)
+    balloon.place(kept.vector())
+    measured = {name: _tupled(value) for name, value in notes["state"].items()}
+    state = Equilibrium(
+        balloon=balloon,
+        pressure=kept.pressure,
+        prestress=kept.prestress,
+        unknowns=kept.unknowns,
+        displacement=balloon.u.x.array.reshape(-1, 3).copy(),
+        **measured,
+    )
+    modes = tuple(
+        Mode(
+            displacement=kept.fields[f"real:{k}"],
+            displacement_imag=kept.fields[f"imag:{k}"],
+            value=complex(*scalars["value"]),
+            **{name: _tupled(scalars[name]) for name in _MODE},
+        )
+        for k, scalars in enumerate(notes["modes"])
+    )
+    return state, modes, notes["notes"]
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _input_order(balloon: Balloon) -> npt.NDArray[np.int64]:

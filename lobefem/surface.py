@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _distribute, _dolfinx, _gmsh, _net, checks
+from lobefem._memory import require_memory
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
@@ -32,7 +33,9 @@ __all__ = ["Cylinder", "Surface", "cylinder", "lobed_cylinder", "sector_of"]
 Array = npt.NDArray[np.float64]
 
 _SEAM, _RIM = 100, 200  # seam k has the value 100 + k, the rims 201 and 202
+_MAX_LOBES = 1000  # Gmsh takes a minute for them, a time that grows with their square
 _MAX_CELLS = 50_000_000
+_BYTES = 1e4  # of memory that an equilibrium takes a node, at the least: measured from 96 x 128 to 192 x 256
 
 
 @dataclass(frozen=True)
@@ -212,6 +215,8 @@ def _make(
     comm: Any,
 ) -> Surface:
     lobes = checks.integer("the number of lobes", lobes, 1)
+    if lobes > _MAX_LOBES:
+        raise InputError(f"the number of lobes is {lobes}; give {_MAX_LOBES} or less")
     checks.one_of("cell", cell, ("triangle", "quadrilateral"))
     checks.one_of("diagonals", diagonals, ("same", "alternating"))
     checks.one_of("layout", layout, ("structured", "unstructured"))
@@ -233,15 +238,25 @@ def _make(
                 f"size is {size!r} but the layout is structured; give divisions, or layout='unstructured'"
             )
         cut = diagonals if corners == 3 else None
+        nodes = lobes * counts[0] * (counts[1] if not sector else 1)
         build = partial(_structured, shape, lobes, counts, cut, order, sectors if sector else None)
     else:
         if sector:
             raise InputError("an unstructured mesh has no equal sectors; use layout='structured'")
-        build = partial(_unstructured, shape, lobes, _size(size, shape, lobes), corners, order)
+        length = _size(size, shape, lobes)
+        nodes = round(lobes * shape.area / length**2)
+        build = partial(_unstructured, shape, lobes, length, corners, order)
 
     if sector:
         comm = MPI.COMM_SELF
-    net = _distribute.on_root(comm, build)
+    nodes *= order**2
+    fewer = "try fewer divisions" if layout == "structured" else "try a larger size"
+    require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
+    net: _net.Net | None
+    if counts is not None and comm.size > 1 and order == 1:  # each rank numbers its own rows
+        net = _net.grid(shape, lobes, counts, diagonals if corners == 3 else None, comm.rank, comm.size)
+    else:
+        net = _distribute.on_root(comm, build)
     x = None if net is None else _net.place(shape, lobes, net.t, net.theta)
     mesh = _distribute.distribute_mesh(comm, cell, order, x, None if net is None else net.cells)
     mesh.name = "film"
@@ -251,9 +266,8 @@ def _make(
     rim = max(_RIM, _SEAM + lobes)  # beyond a hundred lobes the rims make way for the seams
     groups |= {"rim_bottom": (1, rim + 1), "rim_top": (1, rim + 2)}
     values = [rim + 1, *range(_SEAM + 1, _SEAM + lobes), rim + 2]
-    first_cell, rings, num_nodes = comm.bcast(
-        None if net is None else (net.first_cell, net.rings, len(net.t)), root=0
-    )
+    first_cell, rings = comm.bcast(None if net is None else (net.first_cell, net.rings), root=0)
+    num_nodes = comm.allreduce(0 if net is None else len(net.t))
     surface = Surface(
         mesh=mesh,
         lobes=_distribute.lobe_tags(mesh, first_cell),

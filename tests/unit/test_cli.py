@@ -269,7 +269,8 @@ def test_the_run_folder_repeats_the_run(lobefem_json, shared_path, comm):
     again, _ = lobefem_json("modes", folder / "design.toml", "--count", "2")
     one, other = ([m["real"] for m in r["pressures"][0]["modes"]] for r in (results, again))
     assert one == pytest.approx(other, rel=1e-9)
-    names = {"design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz", "log.txt"}
+    names = {"design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "log.txt"}
+    names |= {"modes-1.npz"}
     assert {p.name for p in folder.iterdir()} == names
 
 
@@ -478,7 +479,11 @@ def test_no_critical_pressure_is_said_in_words(lobefem_json, monkeypatch, pressu
 @pytest.mark.parametrize(
     ("raised", "code", "message"),
     [
-        (KeyboardInterrupt(), 130, "lobefem: interrupted\n"),
+        (
+            KeyboardInterrupt(),
+            130,
+            "lobefem: interrupted; with --out DIR a run keeps its steps, and --resume goes on from them\n",
+        ),
         (ConvergenceError("no luck; try again"), 3, "lobefem: no luck; try again\n"),
         (
             ZeroDivisionError("one\ntwo"),
