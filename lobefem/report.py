@@ -102,7 +102,7 @@ def _page(name: str, runs: list[Run]) -> str:
     parts = [_part(run, f"run-{k}", ROOM // len(runs)) for k, run in enumerate(runs)]
     scenes = [part.scene for part in parts if part.scene is not None]
     charts = [chart for part in parts for section in part.sections for chart in section.charts]
-    plotly, script = get_plotlyjs(), _text("report.js")
+    plotly, script = get_plotlyjs() if charts or scenes else "", _text("report.js")
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("lobefem", "templates"),
         autoescape=True,
@@ -117,7 +117,7 @@ def _page(name: str, runs: list[Run]) -> str:
         overview=_overview(parts) if len(parts) > 1 else None,
         ids={id(chart): f"chart-{k}" for k, chart in enumerate(charts)},
         id_of=id,
-        data=_files.plain(shown | {"scenes": scenes, "regions": REGIONS}),
+        data=_files.plain(shown | {"scenes": scenes, "regions": list(REGIONS.items())}),
         warned=any(part.warnings for part in parts),
         views_left=sum(part.views_left for part in parts),
         version=lobefem.__version__,

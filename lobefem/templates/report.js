@@ -92,9 +92,8 @@
   };
   function colours(one) {
     if (one.kind === "regions") {
-      const names = Object.keys(data.regions), steps = [];
-      names.forEach((name, k) => steps.push([k / 3, data.regions[name]], [(k + 1) / 3, data.regions[name]]));
-      return { colorscale: steps, ticks: { tickvals: [0, 1, 2], ticktext: names } };
+      const steps = data.regions.flatMap(([, fill], k) => [[k / 3, fill], [(k + 1) / 3, fill]]);
+      return { colorscale: steps, ticks: { tickvals: [0, 1, 2], ticktext: data.regions.map(([name]) => name) } };
     }
     const both = one.kind === "stress" && one.range[0] === -one.range[1];
     // Brown to purple where there are both signs; both scales are safe for colour-blind readers.
