@@ -69,34 +69,29 @@ def eigenvalues(run: Run) -> Chart | None:
     if not branches:
         return _visited(run)
     branches.sort(key=lambda b: (str(b["kind"]), b["harmonic"], b["rank"]))
-    seen: set[str] = set()
-    traces = []
+    # one trace of each kind, gaps between its curves: a browser draws ten at once, a hundred late
+    traces: dict[tuple[str, bool], dict[str, Any]] = {}
     for branch in branches:
         kind = str(branch["kind"])
         minor = kind == "local" and branch["rank"] > 0
-        name = f"{kind}, n = {branch['harmonic']}" + (f" ({branch['rank'] + 1})" if branch["rank"] else "")
-        traces.append(
+        trace = traces.setdefault(
+            (kind, minor),
             {
-                "type": "scatter",
-                "mode": "lines" if minor else "lines+markers",
-                "x": branch["pressures"],
-                "y": branch["values"],
-                "name": kind,
-                "legendgroup": kind,
-                "showlegend": kind not in seen and not minor,
+                "type": "scatter", "mode": "lines" if minor else "lines+markers", "x": [], "y": [], "text": [],
+                "name": f"{kind}, higher" if minor else kind, "opacity": 0.6 if minor else 1.0,
                 "line": {"color": COLOURS.get(kind, "#777777"), "width": 0.6 if minor else 1.8},
-                "marker": {"size": 5},
-                "opacity": 0.6 if minor else 1.0,
-                "text": [name] * len(branch["values"]),
+                "marker": {"size": 5}, "connectgaps": False,
                 "hovertemplate": f"%{{text}}<br>%{{y:.5g}} {unit} at %{{x:.5g}} Pa<extra></extra>",
-            }
-        )
-        if not minor:
-            seen.add(kind)
+            },
+        )  # fmt: skip
+        trace["x"] += [*branch["pressures"], None]
+        trace["y"] += [*branch["values"], None]
+        trace["text"] += [_name(branch)] * (len(branch["values"]) + 1)
+    shown = list(traces.values())
     critical = results.get("critical_pressure")
     if _finite(critical) and critical:
         n = results.get("harmonic", results.get("critical_harmonic"))
-        traces.append(
+        shown.append(
             {
                 "type": "scatter", "mode": "markers", "x": [critical], "y": [0.0], "name": "critical",
                 "marker": {"symbol": "circle-open", "size": 12, "line": {"width": 2}, "color": "#888888"},
@@ -110,21 +105,22 @@ def eigenvalues(run: Run) -> Chart | None:
     table = Table(
         "Eigenvalue curves",
         ("mode", "pressures [Pa]", f"eigenvalues [{unit}]"),
-        tuple(
-            (
-                str(t["text"][0]),
-                ", ".join(f"{p:.5g}" for p in t["x"]),
-                ", ".join(f"{v:.5g}".replace("-", "\N{MINUS SIGN}") for v in t["y"]),
-            )
-            for t in traces
-            if "text" in t
-        ),
+        tuple((_name(b), _listed(b["pressures"]), _listed(b["values"])) for b in branches),
     )
     layout = {"yaxis": {"range": _window(branches), "zeroline": True}}
     return Chart(
-        "Eigenvalues against pressure", description, traces, "pressure p [Pa]", f"eigenvalue λ [{unit}]",
+        "Eigenvalues against pressure", description, shown, "pressure p [Pa]", f"eigenvalue λ [{unit}]",
         layout, table,
     )  # fmt: skip
+
+
+def _name(branch: dict[str, Any]) -> str:
+    more = f" ({branch['rank'] + 1})" if branch["rank"] else ""
+    return f"{branch['kind']}, n = {branch['harmonic']}{more}"
+
+
+def _listed(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:.5g}" for value in values).replace("-", "\N{MINUS SIGN}")
 
 
 def _by_look(entries: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

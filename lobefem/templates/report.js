@@ -33,11 +33,10 @@
     const line = trace.line && trace.line.color === "black" ? { ...trace.line, color: colour("--ink") } : trace.line;
     return line ? { ...trace, line } : trace;
   }
-  function drawCharts() {
-    for (const [id, chart] of Object.entries(data.charts)) {
-      Plotly.react(id, chart.data.map(traced), themed(chart.layout), config);
-    }
+  function drawChart([id, chart]) {
+    Plotly.react(id, chart.data.map(traced), themed(chart.layout), config);
   }
+  const drawCharts = () => Object.entries(data.charts).forEach(drawChart);
 
   // --- the 3D view -------------------------------------------------------------------------------
 
@@ -200,10 +199,13 @@
     });
   }
 
-  drawCharts();
-  if (view) startView();
+  // one after the other, so that the page can be read and scrolled meanwhile
+  const tasks = Object.entries(data.charts).map((chart) => () => drawChart(chart));
+  if (view) tasks.unshift(startView);
+  tasks.push(() => { document.documentElement.dataset.drawn = Math.round(performance.now()) + " ms"; });
+  const next = () => { tasks.shift()(); if (tasks.length) setTimeout(next); };
+  next();
   const redraw = () => { drawCharts(); if (view) drawView(); };
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   window.matchMedia("print").addEventListener("change", drawCharts); // in the colours of paper
-  document.documentElement.dataset.drawn = Math.round(performance.now()) + " ms";
 })();
