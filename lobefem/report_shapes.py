@@ -16,11 +16,11 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from lobefem import plotting
 from lobefem._skin import Skin, across, facing, skin
 from lobefem._style import MM, REGIONS, STYLE, UNITS
 from lobefem.report_tables import number, stored_modes
 from lobefem.runs import Run, Step
+from lobefem.shapes import draw
 
 __all__ = ["Picture", "mode_pictures", "regions", "scene", "stress_maps"]
 
@@ -120,7 +120,7 @@ def _mode_picture(run: Run, mode: Array, name: str) -> str:
         for place, (up, towards, limits) in zip(places, views, strict=True):
             axes = figure.add_axes(place)
             axes.set_axis_off()
-            plotting._draw(axes, film, shape, (e1, up, towards), 1)
+            draw(axes, film, shape, (e1, up, towards), 1)
             axes.set(xlim=(-reach, reach), ylim=limits, aspect="equal")
         return _png(figure)
 
