@@ -77,7 +77,8 @@ def eigenvalues(run: Run) -> Chart | None:
         trace = traces.setdefault(
             (kind, minor),
             {
-    # one trace of each kind with gaps between its curves: browsers draw ten fast, a hundred slowly
+                "type": "scatter", "mode": "lines" if minor else "lines+markers",
+                "x": [], "y": [], "text": [],
                 "name": f"{kind}, higher" if minor else kind, "opacity": 0.6 if minor else 1.0,
                 "line": {"color": COLOURS.get(kind, "#777777"), "width": 0.6 if minor else 1.8},
                 "marker": {"size": 5}, "connectgaps": False,
