@@ -23,7 +23,7 @@ sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
-	@echo "make demo       figures and tables of demos/stability.py in $(OUT)"
+	@echo "make demo       figures, tables and report.html of demos/stability.py in $(OUT)"
 	@echo "make demos      all demos on coarse meshes in $(ALL), about four minutes"
 	@echo "make docs       the documentation in $(DOCS), warnings as errors; make links: its outer links"
 	@echo "make test       the test suite, serial and on two MPI ranks"

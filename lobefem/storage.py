@@ -8,6 +8,7 @@
     results.json      what the command line's --json holds
     fields.xdmf/.h5   mesh, displacement, stress resultants and modes; one time step a pressure
     state.npz         the last converged state
+    report.html       what --report and `lobefem report` make of it
 
 Every file appears complete or not at all. Rank 0 alone touches the file system (HDF5 apart), and
 what goes wrong there is raised on every rank.
@@ -42,7 +43,7 @@ __all__ = ["RunFolder", "Snapshot"]
 _FIGURES = ("critical_pressures.png", "mesh_study.png", "eigenvalues.png", "history.png")
 _FILES = (
     "design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz",
-    "log.txt",
+    "log.txt", "report.html",
 )  # fmt: skip
 
 
