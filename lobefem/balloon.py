@@ -123,6 +123,23 @@ class Balloon:
                 "the order of their corners"
             )
 
+    def on(self, surface: Any) -> Balloon:
+        """The same film and parts on another surface. Collective.
+
+        Raises:
+            InputError: a frame or a load path that belong to this balloon's own surface.
+        """
+        if self.given_frame is not None or self.load_path is not None:
+            raise InputError("a film with a frame or a load path of its own stays on its surface")
+        return Balloon(
+            surface,
+            self.film,
+            self.parts,
+            prestressed=self.prestressed,
+            hoop_slack=self.hoop_slack,
+            quadrature_degree=self.quadrature_degree,
+        )
+
     def under(self, guide: Guide) -> Balloon:
         """This balloon led by a guide: another map, the same film, forms and matrices. Collective.
 

@@ -221,6 +221,7 @@ def sweep(
     workers: options.Workers = None,
     overwrite: options.Overwrite = False,
     resume: options.Resume = False,
+    report: options.Report = False,
     json: options.Json = None,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -252,7 +253,12 @@ def sweep(
         if executor is None:
             return 0
         rows = runs.run(study, out, executor, progress=progress)
-    return _swept(study, rows, out, json, volume["quiet"])
+    code = _swept(study, rows, out, json, volume["quiet"])
+    if report:
+        from lobefem.report import write_report
+
+        write_report(out)
+    return code
 
 
 def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> int:
@@ -279,6 +285,18 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
             print(f"Table, chart and the points' own folders are in {out}")
     sys.stdout.flush()
     return 3 if found["failed"] == len(rows) else 0
+
+
+@app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))
+def report(
+    context: typer.Context,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of them.")],
+) -> None:
+    """One page of all that a run folder holds: DIR/report.html, which needs no network."""
+    if context.obj.is_root:
+        from lobefem.report import write_report
+
+        print(f"The report is {_printable(write_report(folder))}")
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
@@ -358,6 +376,8 @@ def _folder(given: dict[str, Any], comm: Any) -> Any:
         raise InputError("--resume goes on with the run in --out; give that folder")
     if resume and given["overwrite"]:
         raise InputError("--resume goes on with a run and --overwrite replaces it; give one of them")
+    if given["report"] and given["out"] is None:
+        raise InputError("--report is written into the folder of --out; give one")
     if given["out"] is None:
         return None
     return RunFolder(given["out"], comm, overwrite=given["overwrite"], resume=resume)
@@ -409,6 +429,10 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
                 try:
                     with profiling.stage("output"):
                         folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
+                        if given["report"]:
+                            from lobefem.report import write_report
+
+                            _files.on_root(comm, folder.path, lambda: write_report(folder.path))
                 except InputError as error:  # a full disk, say; what was found is shown nevertheless
                     unsaved = error
         if given["json"] and not to_stdout:
@@ -422,6 +446,8 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
             show(outcome.results)
             if folder is not None and unsaved is None:
                 print(f"Results and fields for ParaView are in {_printable(folder.path)}")
+                if given["report"]:
+                    print(f"The report is {_printable(folder.path / 'report.html')}")
         sys.stdout.flush()
         if profile is not None:
             show_profile(profile.as_dict())

@@ -44,6 +44,7 @@ __all__ = [
     "Profile",
     "Quiet",
     "Release",
+    "Report",
     "Resume",
     "Slack",
     "State",
@@ -183,6 +184,10 @@ Profile = Annotated[
     bool,
     typer.Option("--profile", help="Say where the time went, stage by stage.", rich_help_panel=_OUTPUT),
 ]
+Report = Annotated[
+    bool,
+    typer.Option("--report", help="Write report.html into --out.", rich_help_panel=_OUTPUT),
+]
 Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fields.", _OUTPUT)]
 Overwrite = Annotated[
     bool,
@@ -218,6 +223,7 @@ OUTPUT: Group = {
     "out": (Out, None),
     "overwrite": (Overwrite, False),
     "resume": (Resume, False),
+    "report": (Report, False),
     "json": (Json, None),
     "quiet": (Quiet, False),
     "verbose": (Verbose, False),

@@ -8,6 +8,7 @@
     results.json      what the command line's --json holds
     fields.xdmf/.h5   mesh, displacement, stress resultants and modes; one time step a pressure
     state.npz         the last converged state
+    report.html       what --report and `lobefem report` make of it
 
 Every file appears complete or not at all. Rank 0 alone touches the file system (HDF5 apart), and
 what goes wrong there is raised on every rank.
@@ -23,7 +24,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lobefem._files import on_root, replace, replacing, require_writable, save_json, to_json
 from lobefem.balloon import Balloon
@@ -31,16 +32,18 @@ from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 from lobefem.fields import Snapshot, save_fields
 from lobefem.log import logger
-from lobefem.stability import Mode
 from lobefem.states import Checkpoint, Keepable, load_modes, load_state, save_modes, save_state
 from lobefem.units import shown
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = ["RunFolder", "Snapshot"]
 
 _FIGURES = ("critical_pressures.png", "mesh_study.png", "eigenvalues.png", "history.png")
 _FILES = (
     "design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz",
-    "log.txt",
+    "log.txt", "report.html",
 )  # fmt: skip
 
 

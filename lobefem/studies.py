@@ -441,6 +441,8 @@ def _perturbed(found: Perturbed, degrees: bool) -> dict[str, Any]:
                 "mid_hoop_displacement": p.mid_hoop_displacement,
                 "contact_force": p.contact_force,
                 "time": p.time,
+                "residual": p.residual,
+                "ledger": asdict(p.ledger),
             }
             for p in found.history
         ],

@@ -246,15 +246,15 @@ def test_a_solve_that_fails_at_once_has_null_results(capfd, comm):
 
 
 def test_modes_before_a_failure_are_kept(capfd, monkeypatch, comm):
-    from lobefem import tasks
+    from lobefem import stability
 
     def fail_at_second(state, count, **options):
         if state.pressure > 60:
             raise SolveError("the eigensolver is tired; try coffee")
         return found(state, count, **options)
 
-    found = tasks.find_modes
-    monkeypatch.setattr(tasks, "find_modes", fail_at_second)
+    found = stability.find_modes
+    monkeypatch.setattr(stability, "find_modes", fail_at_second)
     pressures = ["--pressure", "50", "--pressure", "100"]
     assert cli.main(["modes", SINGLE, *COARSE, "--count", "1", *pressures, "--json", "-"]) == 3
     out, err = MPI.COMM_WORLD.bcast(tuple(capfd.readouterr()), root=0)
