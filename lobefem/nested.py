@@ -87,14 +87,17 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
 
 def _collect(coarse: Balloon, places: Integers, needed: Integers, count: int) -> Array:
     """Displacements (n, 3) of nodes by their place in the grid, from the ranks that own them. Collective."""
-    places, needed = places.astype(PETSc.IntType), needed.astype(PETSc.IntType)
-    field = PETSc.Vec().createMPI(3 * count, bsize=3, comm=coarse.comm)
-    field.setValuesBlocked(places, coarse.u.x.array[: coarse.map.owned])
+    field: Any = PETSc.Vec().createMPI(3 * count, bsize=3, comm=coarse.comm)
+    field.setValuesBlocked(places.astype(PETSc.IntType), coarse.u.x.array[: coarse.map.owned])
     field.assemble()
     found = PETSc.Vec().createSeq(3 * len(needed), bsize=3)
-    chosen = PETSc.IS().createBlock(3, needed, comm=PETSc.COMM_SELF)
-    scatter = PETSc.Scatter().create(field, chosen, found, None)
+    chosen: Any = PETSc.IS()
+    chosen.createBlock(3, needed.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+    scatter: Any = PETSc.Scatter()
+    scatter.create(field, chosen, found, None)
     scatter.scatter(field, found)
+    for made in (scatter, chosen, field):
+        made.destroy()
     return found.array_r.reshape(-1, 3)
 
 
