@@ -2,19 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
+from lobefem.errors import InputError, SolveError
 
 # isort: split
 from mpi4py import MPI
 from petsc4py import PETSc
 
-__all__ = ["COMPRESS", "SYMMETRIC", "asymmetry", "num_negative", "options", "set_direct_solver"]
+__all__ = [
+    "COMPRESS",
+    "PREFIXES",
+    "SYMMETRIC",
+    "asymmetry",
+    "num_negative",
+    "options",
+    "set_direct_solver",
+    "user_options",
+]
+
+# of the solvers' options
+PREFIXES = (
+    "lobefem_inflate_", "lobefem_modes_", "lobefem_critical_", "lobefem_distort_", "lobefem_release_",
+    "lobefem_path_", "lobefem_inertia_",
+)  # fmt: skip
 
 # head room [%] for pivoting beyond MUMPS's estimate; null pivots are detected so that a rigid motion
 # which the supports leave free does not poison the step
@@ -47,6 +63,50 @@ def options(prefix: str, values: Mapping[str, Any]) -> Iterator[None]:
     finally:
         for name in added:
             database.delValue(name)
+
+
+@contextmanager
+def user_options(text: str) -> Iterator[Callable[[], list[str]]]:
+    """Put a user's options into PETSc's database for a while; what is given tells those nothing read.
+
+    Args:
+        text: as on a command line, "-lobefem_inflate_snes_monitor -lobefem_modes_eps_tol 1e-10".
+
+    Raises:
+        InputError: text that is no options, an option of a solver that there is not, or one that PETSc
+            refuses at once or when a solver reads it.
+        SolveError: PETSc fails without any.
+    """
+    _check_options(text)
+    database: Any = PETSc.Options()
+    before = database.getAll()
+    added: list[str] = []
+    try:
+        database.insertString(text)
+        added = sorted(set(database.getAll()) - set(before))
+        yield lambda: [name for name in added if not database.used(name)]
+    except PETSc.Error as error:
+        reason = str(error).splitlines()[-1].partition("] ")[2] or str(error)
+        if text:
+            raise InputError(f"--petsc: PETSc refuses {text!r} ({reason}); see its manual") from error
+        raise SolveError(f"PETSc failed ({reason}); try another mesh or pressure") from error
+    finally:
+        for name in added:
+            database.delValue(name)
+
+
+def _check_options(text: str) -> None:
+    after_name = False
+    for word in text.split():
+        is_name = word[0] == "-" and word[1:2].isalpha()
+        if not (is_name or after_name):
+            raise InputError(
+                f"--petsc: '{word}' is no option; write for example '-lobefem_inflate_snes_monitor'"
+            )
+        if is_name and word.startswith("-lobefem_") and not word[1:].startswith(PREFIXES):
+            known = ", ".join(f"-{prefix}" for prefix in PREFIXES)
+            raise InputError(f"--petsc: no solver takes '{word}'; theirs begin with {known}")
+        after_name = is_name
 
 
 def set_direct_solver(ksp: Any, symmetric: bool, *, compressed: bool = False, inertia: bool = False) -> None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from lobefem.balloon import Balloon
+if TYPE_CHECKING:
+    from lobefem.balloon import Balloon
 
-__all__ = ["Skin", "across", "facing", "gather", "normals", "outline", "polygons"]
+__all__ = ["Skin", "across", "facing", "gather", "normals", "outline", "polygons", "skin"]
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -65,11 +67,25 @@ def gather(balloon: Balloon, *fields: Array) -> Skin | None:
     if comm.rank != 0:
         return None
     x, *rest = (np.concatenate(columns) for columns in zip(*(p[0] for p in parts), strict=True))
-    axis = np.asarray(balloon.surface.axis, dtype=float)
-    grid = None
-    if balloon.surface.divisions is not None:
-        grid = _grid(x, axis, balloon.surface.divisions[1] * balloon.order)
-    return Skin(x, np.concatenate([p[1] for p in parts]), grid, axis, tuple(rest))
+    divisions = balloon.surface.divisions
+    around = 0 if divisions is None else divisions[1] * balloon.order
+    return skin(x, np.concatenate([p[1] for p in parts]), balloon.surface.axis, around, *rest)
+
+
+def skin(x: Array, cells: Integers, axis: npt.ArrayLike, around: int, *fields: Array) -> Skin:
+    """A skin of arrays in any order of nodes.
+
+    Args:
+        x: node positions (nodes, 3) [m].
+        cells: nodes of each cell, corners first and in order around it (cells, 3, 4, 6 or 9).
+        axis: unit vector (3,).
+        around: nodes around the axis of a structured mesh, 0 of an unstructured one.
+        *fields: nodal fields, each (nodes, 3).
+    """
+    axis = np.asarray(axis, dtype=float)
+    corners = 3 if cells.shape[1] in (3, 6) else 4
+    grid = _grid(x, axis, around) if around else None
+    return Skin(x, cells[:, :corners], grid, axis, fields)
 
 
 def _grid(x: Array, axis: Array, around: int) -> Integers:

@@ -65,26 +65,42 @@ class EnergySearch:
         self._norm = math.inf
         self._known: tuple[Array, tuple[float, float]] | None = None  # the last energy, and where
 
-    def assemble(self, x: Any) -> Any:
-        """The tangent at x, which `tangent` need not assemble again there. Collective."""
-        K = self.balloon.tangent(x, iteration=True)
+    def assemble(self, x: Any, before: Any = None) -> Any:
+        """The tangent at x, which `tangent` need not assemble again there. Collective.
+
+        Args:
+            x: unknowns.
+            before: those before the last step, for the stress that it predicted.
+        """
+        K = self.balloon.tangent(x, iteration=True, before=before)
         self._stiffness = K.getDiagonal(self._stiffness)
         self._tangent_at = self._place(x)
         return K
 
-    def tangent(self, snes: Any, x: Any) -> None:
+    def tangent(self, snes: Any, x: Any, last: Any = None) -> None:
         """Bring the tangent, from where a new line search starts, up to date at x. Collective.
 
         It stays as it is, and so does its factorisation, as long as a step with it takes the residual
-        below `_KEPT` of what it was: about ten such steps cost as much as one with a new tangent.
+        below `_KEPT` of what it was: about ten such steps cost as much as one with a new tangent. With a
+        predicted stress it is one of the last step, and new each time.
+
+        Args:
+            snes: that asks.
+            x: unknowns.
+            last: those before the last step, for the stress that it predicted; x is written there.
         """
         self._base = None
-        last, self._norm = self._norm, snes.getFunctionNorm()
-        # the barrier of film in contact is too steep for the tangent of another place
-        going_well = self.balloon.contact is None and self._norm < _KEPT * last
-        if (snes.getIterationNumber() and going_well) or self._same(self._tangent_at, x):
-            return
-        self.assemble(x)
+        before, self._norm = self._norm, snes.getFunctionNorm()
+        begins = not snes.getIterationNumber()
+        if last is not None:
+            self.assemble(x, None if begins else last)
+            x.copy(last)
+        else:
+            # the barrier of film in contact is too steep for the tangent of another place
+            going_well = self.balloon.contact is None and self._norm < _KEPT * before
+            if (going_well and not begins) or self._same(self._tangent_at, x):
+                return
+            self.assemble(x)
         follow_pattern(snes, self.balloon)
 
     def __call__(self, snes: Any, x: Any) -> float:
@@ -206,9 +222,12 @@ class Newton:
         max_iterations: of one solve.
         prefix: of PETSc's options.
         line_search: see `set_up`.
+        predicted: solve with the stress that the last step predicted (`WeakForms.predicted`), for
+            whole steps.
 
     Attributes:
         norm: of the last residual [N, N m].
+        symmetric: whether the tangent is.
     """
 
     def __init__(
@@ -219,16 +238,18 @@ class Newton:
         max_iterations: int,
         prefix: str,
         line_search: str = "bt",
+        predicted: bool = False,
     ) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
+        self._last = q.duplicate() if predicted else None
         search = EnergySearch(balloon)
-        symmetric = has_symmetric_load(balloon, q)
+        self.symmetric = symmetric = has_symmetric_load(balloon, q)
         K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
-        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x), K)
+        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x, self._last), K)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
         keep_apart(snes, balloon, self._r, symmetric or balloon.motion is not None)
@@ -254,6 +275,8 @@ class Newton:
         """Free the PETSc objects and with them the references to the balloon."""
         self.snes.destroy()
         self._r.destroy()
+        if self._last is not None:
+            self._last.destroy()
 
 
 def free_share(balloon: Balloon, q: Any, step: Any) -> float:

@@ -15,12 +15,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from lobefem._style import COLOURS, MM, STYLE
+from lobefem._style import COLOURS, LEDGER, MM, STYLE
 from lobefem.chart import HarmonicChart
 from lobefem.mesh_study import MeshStudy
 from lobefem.perturbation import Point
-
-_LEDGER = ("#0072B2", "#009E73", "#D55E00", "#E69F00", "#B4588F", "black")  # Okabe and Ito's
 
 __all__ = ["harmonic_pressures", "perturbation", "refinement"]
 
@@ -216,7 +214,7 @@ def perturbation(history: Sequence[Point], *, unit: str, reaction_unit: str, wid
                 "damping": [-p.ledger.damping for p in motion],
                 "sum": [p.ledger.closure for p in motion],
             }
-            for (name, values), colour in zip(terms.items(), _LEDGER, strict=True):
+            for (name, values), colour in zip(terms.items(), LEDGER, strict=True):
                 axes.semilogx(time, values, lw=1.6 if name == "sum" else 1.0, color=colour, label=name)
             axes.set(xlabel="time [s]", ylabel="energy [J]", title="Ledger")
             axes.legend(frameon=False, fontsize=6)

@@ -17,6 +17,7 @@ from lobefem.errors import ConvergenceError, InputError
 from lobefem.log import logger
 from lobefem.nested import coarser_balloon, interpolate
 from lobefem.profiling import timed
+from lobefem.progress import said
 
 __all__ = ["Equilibrium", "ideal_state", "inflate", "placed_state", "record", "require_whole"]
 
@@ -149,6 +150,7 @@ def inflate(
     rtol: float = 1e-8,
     max_iterations: int = 40,
     min_step: float = 1e-3,
+    on_step: Callable[[Equilibrium], None] | None = None,
     nested: bool = False,
     progress: Progress | None = None,
 ) -> Equilibrium:
@@ -166,6 +168,7 @@ def inflate(
         rtol: norm of the residual over that of the pressure's nodal forces.
         max_iterations: Newton iterations of one solve.
         min_step: smallest pressure step, as a share of the whole.
+        on_step: called on all ranks with the equilibrium after each pressure step.
         nested: without a start, look first for the equilibrium on meshes half as fine and start from there
             (`lobefem.nested`), where that saves time. It leads to the same state, on a fine mesh several
             times sooner; where it leads nowhere the reference shape is the start.
@@ -200,8 +203,11 @@ def inflate(
             reason, count = solver.solve(guess)
             _tell(pressure, reason, count, solver.norm, progress)
             if reason > 0:
-                return record(balloon, guess, True, REASONS[reason], count, (pressure,))
-        return _step(balloon, solver, q, start, pressure, prestress, min_step, progress)
+                state = record(balloon, guess, True, REASONS[reason], count, (pressure,))
+                if on_step is not None:
+                    on_step(state)
+                return state
+        return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress)
     finally:
         solver.destroy()
 
@@ -233,13 +239,14 @@ def _tell(
     norm: float,
     progress: Progress | None,
     coarse: Balloon | None = None,
+    share: float = 0.0,
 ) -> None:
-    """Say how a solve ended."""
+    """Say how a solve ended, and what share of the work is done."""
     on = " on {}x{}".format(*coarse.surface.divisions) if coarse is not None else ""
     say = f"inflate {pressure:.6g} Pa{on}: {REASONS[reason]} after {count} iterations, |r| = {norm:.2e}"
     logger.info(say)
     if progress is not None:
-        progress(say)
+        progress(said(say, share))
 
 
 def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
@@ -279,6 +286,7 @@ def _step(
     end: float,
     prestress: float,
     min_step: float,
+    on_step: Callable[[Equilibrium], None] | None,
     progress: Progress | None,
 ) -> Equilibrium:
     """One step to the end, halved when it fails and doubled when it does not."""
@@ -291,11 +299,15 @@ def _step(
         balloon.set_loads(p, prestress)
         reason, count = solver.solve(q)
         iterations += count
-        _tell(p, reason, count, solver.norm, progress)
+        _tell(p, reason, count, solver.norm, progress, share=target if reason > 0 else share)
         if reason > 0:
             visited.append(p)
-            if target == 1.0:
-                return record(balloon, q, True, REASONS[reason], iterations, tuple(visited))
+            if target == 1.0 or on_step is not None:
+                state = record(balloon, q, True, REASONS[reason], iterations, tuple(visited))
+                if on_step is not None:
+                    on_step(state)
+                if target == 1.0:
+                    return state
             share, step = target, 2 * step
             q.copy(last)
             continue
@@ -303,14 +315,14 @@ def _step(
         step /= 2
         if step < min_step:
             balloon.set_loads(begin + share * (end - begin), prestress)
-            state = start
+            last_state = start
             if visited:
-                state = record(balloon, q, True, "last converged", iterations, tuple(visited))
+                last_state = record(balloon, q, True, "last converged", iterations, tuple(visited))
             raise ConvergenceError(
                 f"inflate stopped at {begin + share * (end - begin):.6g} Pa of {end:.6g} Pa "
                 f"({REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
                 "prestressed film, or a start that is not flat",
-                state=state,
+                state=last_state,
                 pressure=p,
                 residual=solver.norm,
                 reason=REASONS[reason],

@@ -6,7 +6,7 @@ Matplotlib is used through its objects: no window system is needed, no global st
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,13 @@ from matplotlib.figure import Figure
 
 from lobefem._skin import Skin, facing, gather, normals, outline, polygons
 from lobefem._style import COLOURS, MM, STYLE, UNITS
-from lobefem.branches import Branch
-from lobefem.critical import CriticalPressure
 from lobefem.errors import InputError
-from lobefem.stability import Mode, Modes
-from lobefem.tracing import CriticalPoint
+
+if TYPE_CHECKING:
+    from lobefem.branches import Branch
+    from lobefem.critical import CriticalPressure
+    from lobefem.stability import Mode, Modes
+    from lobefem.tracing import CriticalPoint
 
 __all__ = ["chosen_modes", "drawn_amplitude", "eigenvalue_curves", "mode_shapes"]
 

@@ -1,21 +1,17 @@
 """States on file, exact in every digit: what a run goes on from, on any number of ranks.
 
 A state is kept as NumPy arrays in the mesh's input order. Files are data: nothing in them is executed.
-Rank 0 reads and writes, a block of rows at a time: no rank ever holds more of a field than that.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import zipfile
-from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
-from itertools import islice
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -23,17 +19,24 @@ import numpy.typing as npt
 from lobefem import _dolfinx
 from lobefem._files import on_root, replacing
 from lobefem.balloon import Balloon
+from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 
 # isort: split
-from mpi4py import MPI
+from dolfinx import fem
 
-__all__ = ["Checkpoint", "Keepable", "load_state", "save_state"]
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
+
+__all__ = ["Checkpoint", "Keepable", "load_modes", "load_state", "save_modes", "save_state"]
 
 Array = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
-_FIELDS = ("position", "displacement")  # (nodes, 3) each
-_BLOCK = 1 << 18  # rows
+_FIELD = "field:"
+_ARRAYS = ("position", "displacement", "plate_parameters", "pressure", "prestress")
+_MOST_NOTES = 10**8  # bytes
+_OWN = ("balloon", "pressure", "prestress", "unknowns", "displacement")
+_MEASURED = tuple(f.name for f in dataclasses.fields(Equilibrium) if f.name not in _OWN)
+_MODE = ("residual", "harmonic", "harmonics", "kind")
 
 
 class Keepable(Protocol):
@@ -68,6 +71,7 @@ class Checkpoint:
         pressure, prestress: as in `Equilibrium` [Pa].
         unknowns: this rank's part of q.
         notes: what was kept with it.
+        fields: other nodal fields that were, by name: this rank's values, ghosts included (nodes, 3).
     """
 
     balloon: Balloon = field(repr=False)
@@ -75,6 +79,7 @@ class Checkpoint:
     prestress: float
     unknowns: Array = field(repr=False)
     notes: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    fields: Mapping[str, Array] = field(default_factory=dict, repr=False)
 
     def vector(self) -> Any:
         """The unknowns q as a PETSc vector. Collective."""
@@ -83,13 +88,19 @@ class Checkpoint:
         return q
 
 
-def save_state(path: str | Path, state: Keepable, notes: Mapping[str, Any] | None = None) -> None:
+def save_state(
+    path: str | Path,
+    state: Keepable,
+    notes: Mapping[str, Any] | None = None,
+    fields: Mapping[str, Array] | None = None,
+) -> None:
     """Keep a state, complete or not at all. Collective.
 
     Args:
         path: of the file.
         state: of a balloon without temporary constraints.
         notes: plain data to keep with it.
+        fields: nodal fields to keep with it, each as `displacement` is (nodes, 3).
 
     Raises:
         InputError: the file system refuses.
@@ -98,32 +109,25 @@ def save_state(path: str | Path, state: Keepable, notes: Mapping[str, Any] | Non
     owned = balloon.V.dofmap.index_map.size_local
     x = balloon.V.tabulate_dof_coordinates()[:owned]
     parameters = balloon.map.parameters(state.vector())
-    count = balloon.V.dofmap.index_map.size_global
-    small = {
-        "plate_parameters": parameters,
-        "pressure": state.pressure,
-        "prestress": state.prestress,
-        "notes": json.dumps(notes or {}),
-    }
-    blocks = _in_blocks(comm, _input_order(balloon), (x, state.displacement[:owned]), count)
+    nodal = {"position": x, "displacement": state.displacement[:owned]}
+    nodal |= {_FIELD + name: values[:owned] for name, values in (fields or {}).items()}
+    parts = comm.gather((_input_order(balloon), nodal), root=0)
 
     def write() -> None:
-        try:
-            with replacing(Path(path)) as stream, zipfile.ZipFile(stream, "w") as archive:
-                for name in _FIELDS:
-                    with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                        head = {"descr": "<f8", "fortran_order": False, "shape": (count, 3)}
-                        np.lib.format.write_array_header_1_0(member, head)
-                        for block in islice(blocks, -(-count // _BLOCK)):
-                            member.write(block.tobytes())  # type: ignore[union-attr]
-                for name, value in small.items():
-                    with archive.open(f"{name}.npy", "w") as member:
-                        np.lib.format.write_array(member, np.asarray(value), allow_pickle=False)
-        finally:
-            deque(blocks, maxlen=0)  # whatever went wrong here: the other ranks hand over all
+        order = np.concatenate([numbers for numbers, _ in parts])
+        whole = {name: np.empty((len(order), 3)) for name in nodal}
+        for name, values in whole.items():
+            values[order] = np.concatenate([part[name] for _, part in parts])
+        with replacing(Path(path)) as stream:
+            np.savez(
+                stream,
+                **whole,  # type: ignore[arg-type]
+                plate_parameters=parameters,
+                pressure=float(state.pressure),
+                prestress=float(state.prestress),
+                notes=np.array(json.dumps(notes or {})),
+            )
 
-    if comm.rank != 0:
-        deque(blocks, maxlen=0)
     on_root(comm, Path(path), write)
 
 
@@ -133,24 +137,136 @@ def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
     Raises:
         InputError: no such file, not a state, or of another mesh or support.
     """
-    file, comm = _StateFile(Path(path)), balloon.comm
-    with closing(file):
-        data, shape = on_root(comm, file.path, file.read)
-        order = _input_order(balloon)
-        x = balloon.V.tabulate_dof_coordinates()[: len(order)]
-        count = balloon.V.dofmap.index_map.size_global
-        same = shape == (count, 3) and data["plate_parameters"].shape == (balloon.map.num_parameters,)
-        if same:
-            position, displacement = (_from_blocks(comm, file, name, order, count) for name in _FIELDS)
-            size = comm.allreduce(np.abs(x).max(initial=0.0), op=MPI.MAX)
-            same = bool(np.allclose(position, x, rtol=0, atol=1e-9 * size))
-    if not comm.allreduce(same, op=MPI.LAND):
+    count = balloon.V.dofmap.index_map.size_global
+    data, notes = on_root(balloon.comm, Path(path), lambda: _read(Path(path), count))
+    order = _input_order(balloon)
+    x = balloon.V.tabulate_dof_coordinates()[: len(order)]
+    position, parameters = data["position"], data["plate_parameters"]
+    same = (
+        position.shape == (count, 3)
+        and parameters.shape == (balloon.map.num_parameters,)
+        and bool(np.allclose(position[order], x, rtol=0, atol=1e-9 * np.ptp(position)))
+    )
+    if not balloon.comm.allreduce(int(same)) == balloon.comm.size:
         raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
-    free = displacement.ravel()[balloon.map.free]
+    free = data["displacement"][order].ravel()[balloon.map.free]
     extra = balloon.map.local_size - len(free)  # the last rank holds the plates' parameters
-    unknowns = np.concatenate([free, data["plate_parameters"][:extra]])
-    notes = json.loads(str(data["notes"])) if "notes" in data else {}
-    return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns, notes)
+    unknowns = np.concatenate([free, parameters[:extra]])
+    fields = {
+        name.removeprefix(_FIELD): _with_ghosts(balloon, values[order])
+        for name, values in data.items()
+        if name.startswith(_FIELD)
+    }
+    return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns, notes, fields)
+
+
+def _read(path: Path, count: int) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Arrays and notes of a state's file; whatever else it holds is refused, and not read."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(part.file_size for part in archive.infolist())
+            fields = len(archive.infolist())
+        if size > _MOST_NOTES + 24 * count * fields:
+            raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
+        with np.load(path, allow_pickle=False) as file:
+            text = str(file["notes"]) if "notes" in file.files else "{}"
+            data = {name: file[name] for name in file.files if name != "notes"}
+        notes = json.loads(text)
+        numbers = [data[name] for name in _ARRAYS]
+    except (OSError, InputError):
+        raise
+    except Exception as error:  # NumPy's and zipfile's are of many kinds
+        raise InputError(f"'{path}' holds no state ({str(error)[:200]}); give a run's state.npz") from None
+    if not isinstance(notes, dict) or not all(_sound(array) for array in data.values()):
+        raise InputError(f"'{path}' holds no state (not all is numbers); give a run's state.npz")
+    pressure, prestress = numbers[-2:]
+    shapes = {values.shape for name, values in data.items() if name.startswith(_FIELD)}
+    if pressure.shape or prestress.shape or shapes | {data["displacement"].shape} != {data["position"].shape}:
+        raise InputError(f"'{path}' holds no state (arrays of other shapes); give a run's state.npz")
+    return data, notes
+
+
+def _sound(array: Array) -> bool:
+    return array.dtype == np.float64 and bool(np.isfinite(array).all())
+
+
+def _with_ghosts(balloon: Balloon, owned: Array) -> Array:
+    """Values of this rank's own nodes (n, 3), and of its ghosts from their owners. Collective."""
+    function = fem.Function(balloon.V)
+    function.x.array[: owned.size] = owned.ravel()
+    function.x.scatter_forward()
+    return function.x.array.reshape(-1, 3).copy()
+
+
+def save_modes(path: str | Path, state: Equilibrium, modes: Sequence[Mode], notes: Mapping[str, Any]) -> None:
+    """Keep a state with modes, complete or not at all. Collective.
+
+    Args:
+        path: of the file.
+        state: of a balloon without temporary constraints.
+        modes: of it, or of the same balloon with another tangent.
+        notes: plain data to keep with them.
+
+    Raises:
+        InputError: the file system refuses.
+    """
+    fields: dict[str, Array] = {}
+    for k, mode in enumerate(modes):
+        fields[f"real:{k}"], fields[f"imag:{k}"] = mode.displacement, mode.displacement_imag
+    scalars = [
+        {"value": [mode.value.real, mode.value.imag]} | {name: getattr(mode, name) for name in _MODE}
+        for mode in modes
+    ]
+    measured = {name: getattr(state, name) for name in _MEASURED}
+    save_state(path, state, {"modes": scalars, "state": measured, "notes": dict(notes)}, fields)
+
+
+def load_modes(path: str | Path, balloon: Balloon) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
+    """What `save_modes` was given, for a balloon of the same design, on any number of ranks. Collective.
+
+    Raises:
+        InputError: no such file, no modes, or of another mesh or support.
+    """
+    kept = load_state(path, balloon)
+    notes = kept.notes
+    if not {"modes", "state", "notes"} <= set(notes):
+        raise InputError(f"'{path}' holds no modes; start afresh with --overwrite")
+    balloon.set_loads(kept.pressure, kept.prestress)
+    balloon.place(kept.vector())
+    try:
+        return _rebuilt(balloon, kept)
+    except (TypeError, KeyError, ValueError, AttributeError) as error:
+        raise InputError(f"'{path}' holds no modes ({error}); start afresh with --overwrite") from None
+
+
+def _rebuilt(balloon: Balloon, kept: Checkpoint) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
+    """State and modes from what was kept of them."""
+    from lobefem.stability import Mode  # slow to import: inflate does without
+
+    notes = kept.notes
+    measured = {name: _tupled(value) for name, value in notes["state"].items()}
+    state = Equilibrium(
+        balloon=balloon,
+        pressure=kept.pressure,
+        prestress=kept.prestress,
+        unknowns=kept.unknowns,
+        displacement=balloon.u.x.array.reshape(-1, 3).copy(),
+        **measured,
+    )
+    modes = tuple(
+        Mode(
+            displacement=kept.fields[f"real:{k}"],
+            displacement_imag=kept.fields[f"imag:{k}"],
+            value=complex(*scalars["value"]),
+            **{name: _tupled(scalars[name]) for name in _MODE},
+        )
+        for k, scalars in enumerate(notes["modes"])
+    )
+    return state, modes, notes["notes"]
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _input_order(balloon: Balloon) -> npt.NDArray[np.int64]:
@@ -161,93 +277,3 @@ def _input_order(balloon: Balloon) -> npt.NDArray[np.int64]:
     nodes[dofs.list] = _dolfinx.geometry_dofmap(balloon.mesh)
     numbers = np.asarray(balloon.mesh.geometry.input_global_indices, dtype=np.int64)
     return numbers[nodes[: dofs.index_map.size_local]]
-
-
-def _in_blocks(comm: Any, numbers: Integers, fields: Sequence[Array], count: int) -> Iterator[Array | None]:
-    """Distributed fields, one after the other, as blocks of rows in order on rank 0. Collective.
-
-    Args:
-        comm: MPI communicator.
-        numbers: global number of each row of this rank.
-        fields: this rank's rows of each field.
-        count: rows in all.
-
-    Yields:
-        the next block on rank 0, None elsewhere.
-    """
-    order = np.argsort(numbers)
-    numbers = numbers[order]
-    for rows in fields:
-        for first in range(0, count, _BLOCK):
-            mine = slice(*np.searchsorted(numbers, (first, first + _BLOCK)))
-            parts = comm.gather((numbers[mine] - first, rows[order[mine]]), root=0)
-            block = None
-            if parts is not None:
-                block = np.empty((min(_BLOCK, count - first), 3))
-                for at, values in parts:
-                    block[at] = values
-            yield block
-
-
-def _from_blocks(comm: Any, file: _StateFile, name: str, numbers: Integers, count: int) -> Array:
-    """This rank's rows of a field that rank 0 reads block by block. Collective."""
-    order = np.argsort(numbers)
-    ordered, field = numbers[order], np.empty((len(numbers), 3))
-    for first in range(0, count, _BLOCK):
-        block = on_root(comm, file.path, partial(file.rows, name, min(_BLOCK, count - first)))
-        mine = slice(*np.searchsorted(ordered, (first, first + _BLOCK)))
-        field[order[mine]] = block[ordered[mine] - first]
-    return field
-
-
-class _StateFile:
-    """A state's file, open on the rank that reads it.
-
-    Args:
-        path: of the file.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._file: Any = None
-        self._members: dict[str, Any] = {}
-
-    def read(self) -> tuple[dict[str, Array], tuple[int, ...] | None]:
-        """All but the fields, and their common shape, None where there is none.
-
-        Raises:
-            InputError: it is no such file.
-        """
-        try:
-            self._file = np.load(self.path, allow_pickle=False)
-            small = {name: self._file[name] for name in self._file.files if name not in _FIELDS}
-            shapes = {self._shape(name) for name in _FIELDS}
-        except (ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-            raise InputError(f"'{self.path}' holds no state ({error}); give a run's state.npz") from None
-        return small, shapes.pop() if len(shapes) == 1 else None
-
-    def _shape(self, name: str) -> tuple[int, ...] | None:
-        if name not in self._file.files:
-            return None
-        member = self._members[name] = self._file.zip.open(f"{name}.npy")
-        np.lib.format.read_magic(member)
-        shape, by_column, kind = np.lib.format.read_array_header_1_0(member)
-        return None if by_column or kind != np.dtype("<f8") else shape
-
-    def rows(self, name: str, count: int) -> Array:
-        """The next rows of a field.
-
-        Raises:
-            InputError: the file is damaged.
-        """
-        try:
-            return np.frombuffer(self._members[name].read(24 * count)).reshape(count, 3)
-        except (ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise InputError(f"'{self.path}' is damaged ({error}); give a run's state.npz") from None
-
-    def close(self) -> None:
-        """Close it."""
-        for member in self._members.values():
-            member.close()
-        if self._file is not None and hasattr(self._file, "close"):
-            self._file.close()

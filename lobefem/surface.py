@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _distribute, _dolfinx, _gmsh, _net, checks
+from lobefem._memory import require_memory
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
@@ -32,7 +33,9 @@ __all__ = ["Cylinder", "Surface", "coarser", "cylinder", "lobed_cylinder", "sect
 Array = npt.NDArray[np.float64]
 
 _SEAM, _RIM = 100, 200  # seam k has the value 100 + k, the rims 201 and 202
+_MAX_LOBES = 1000  # Gmsh takes a minute for them, a time that grows with their square
 _MAX_CELLS = 50_000_000
+_BYTES = 1e4  # of memory that an equilibrium takes a node, at the least: measured from 96 x 128 to 192 x 256
 
 
 @dataclass(frozen=True)
@@ -212,6 +215,8 @@ def _make(
     comm: Any,
 ) -> Surface:
     lobes = checks.integer("the number of lobes", lobes, 1)
+    if lobes > _MAX_LOBES:
+        raise InputError(f"the number of lobes is {lobes}; give {_MAX_LOBES} or less")
     checks.one_of("cell", cell, ("triangle", "quadrilateral"))
     checks.one_of("diagonals", diagonals, ("same", "alternating"))
     checks.one_of("layout", layout, ("structured", "unstructured"))
@@ -233,14 +238,20 @@ def _make(
                 f"size is {size!r} but the layout is structured; give divisions, or layout='unstructured'"
             )
         cut = diagonals if corners == 3 else None
+        nodes = lobes * counts[0] * (counts[1] if not sector else 1)
         build = partial(_structured, shape, lobes, counts, cut, order, sectors if sector else None)
     else:
         if sector:
             raise InputError("an unstructured mesh has no equal sectors; use layout='structured'")
-        build = partial(_unstructured, shape, lobes, _size(size, shape, lobes), corners, order)
+        length = _size(size, shape, lobes)
+        nodes = round(lobes * shape.area / length**2)
+        build = partial(_unstructured, shape, lobes, length, corners, order)
 
     if sector:
         comm = MPI.COMM_SELF
+    nodes *= order**2
+    fewer = "try fewer divisions" if layout == "structured" else "try a larger size"
+    require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
     net: _net.Net | None
     if counts is not None and comm.size > 1 and order == 1:  # each rank numbers its own rows
         net = _net.grid(shape, lobes, counts, diagonals if corners == 3 else None, comm.rank, comm.size)
