@@ -1,10 +1,10 @@
-"""The tables and plots of the page *Validation*, computed from the package.
+"""The tables and plots of the pages *Validation* and *Scaling*, computed from the package.
 
     python docs/generate.py            into docs/_generated, about a minute
     python docs/generate.py --quick    on coarse meshes, to test this script
 
-Nothing on that page is typed but what others printed. The result is kept until a source of the package
-or this file changes.
+Nothing on the first is typed but what others printed; the second's are made from benchmarks/results. The
+result is kept until a source of the package, a measurement or this file changes.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import argparse
 import ast
 import hashlib
 import importlib.util
+import json
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -466,6 +467,25 @@ def pressurisation(quick: bool) -> dict[str, str]:
     return {"pressurisation": table(head, rows), "iterations": newton}
 
 
+def scaling(out: Path) -> dict[str, str]:
+    """The runs of benchmarks/scaling.py, and what the cost model makes of them."""
+    sys.path.append(str(ROOT))
+    from benchmarks import cost_model, scaling_report
+
+    records = [r for r in json.loads(cost_model.RESULTS.read_text(encoding="utf-8")) if r["load"] == "closed"]
+    model = cost_model.fit(records)
+    scaling_report.figure(records).savefig(out / "scaling.png")
+    return {
+        "scaling_runs": scaling_report.runs_table(records),
+        "scaling_work": scaling_report.work_table(records),
+        "scaling_speedup": scaling_report.speedup_table(records),
+        "scaling_solvers": scaling_report.solvers_table(records),
+        "scaling_check": cost_model.check(model, records),
+        "scaling_predictions": cost_model.predictions(model),
+        "scaling_limits": cost_model.limits(model),
+    }
+
+
 def suite() -> str:
     """What the test suite checks against closed forms: the first lines of its modules."""
     lines = []
@@ -484,6 +504,8 @@ def key(quick: bool) -> str:
     for path in [
         *sorted((ROOT / "lobefem").glob("*.py")),
         *sorted((ROOT / "tests/analytic").glob("*.py")),
+        *sorted((ROOT / "benchmarks").glob("*.py")),
+        ROOT / "benchmarks/results/scaling.json",
         ROOT / "demos/load_path.py",
         HERE / "generate.py",
     ]:
@@ -507,6 +529,7 @@ def generate(out: Path, *, quick: bool = False, say: Any = lambda text: None) ->
         "isotropic_stack": lambda: isotropic_stack(quick),
         "formed_lobes": lambda: formed_lobes(quick),
         "pressurisation": lambda: pressurisation(quick),
+        "scaling": lambda: scaling(out),
         "suite": suite,
     }
     for name, part in parts.items():

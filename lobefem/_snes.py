@@ -206,7 +206,7 @@ def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = 
     if search.balloon.forms.has_energy and (symmetric or search.balloon.motion is not None):
         snes.setObjective(search)
     snes.setConvergenceTest(search.converged)
-    _petsc.set_direct_solver(snes.getKSP(), symmetric, search.balloon.map.size >= _petsc.COMPRESS)
+    _petsc.set_direct_solver(snes.getKSP(), symmetric, compressed=search.balloon.map.size >= _petsc.COMPRESS)
     # petsc4py before 3.23 has no handle on the line search
     with _petsc.options(snes.getOptionsPrefix(), {"snes_linesearch_type": line_search}):
         snes.setFromOptions()
