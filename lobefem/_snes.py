@@ -28,7 +28,9 @@ __all__ = [
 
 Array = npt.NDArray[np.float64]
 
-_KEPT = 0.3  # share of the residual that a step may leave for the tangent to be kept
+# Newton steps with a kept tangent that cost less than a new one, its factorisation and its own steps, on
+# a mesh of that many unknowns
+_CHEAP_STEPS, _MANY = 10, 9000
 
 _WORDS = {
     "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
@@ -75,17 +77,20 @@ class EnergySearch:
     def tangent(self, snes: Any, x: Any) -> None:
         """Bring the tangent, from where a new line search starts, up to date at x. Collective.
 
-        It stays as it is, and so does its factorisation, as long as a step with it takes the residual
-        below `_KEPT` of what it was: about ten such steps cost as much as one with a new tangent.
+        It stays as it is, and so does its factorisation, on a large mesh where the residual falls so
+        fast that `_CHEAP_STEPS` more with it will do.
         """
         self._base = None
         last, self._norm = self._norm, snes.getFunctionNorm()
+        _, atol, _, _ = snes.getTolerances()
         # the barrier of film in contact is too steep for the tangent of another place
-        going_well = self.balloon.contact is None and self._norm < _KEPT * last
-        if (snes.getIterationNumber() and going_well) or self._same(self._tangent_at, x):
+        large = self.balloon.contact is None and self.balloon.map.size > _MANY
+        falls = snes.getIterationNumber() > 0 and self._norm < last
+        if large and falls and self._norm * (self._norm / last) ** _CHEAP_STEPS <= atol:
             return
-        self.assemble(x)
-        follow_pattern(snes, self.balloon)
+        if not self._same(self._tangent_at, x):
+            self.assemble(x)
+            follow_pattern(snes, self.balloon)
 
     def __call__(self, snes: Any, x: Any) -> float:
         """The objective at x. Collective."""
