@@ -28,7 +28,9 @@ __all__ = [
 
 Array = npt.NDArray[np.float64]
 
-_KEPT = 0.3  # share of the residual that a step may leave for the tangent to be kept
+# Newton steps with a kept tangent that cost less than a new one, its factorisation and its own steps, on
+# a mesh of that many unknowns
+_CHEAP_STEPS, _MANY = 10, 9000
 
 _WORDS = {
     "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
@@ -80,9 +82,9 @@ class EnergySearch:
     def tangent(self, snes: Any, x: Any, last: Any = None) -> None:
         """Bring the tangent, from where a new line search starts, up to date at x. Collective.
 
-        It stays as it is, and so does its factorisation, as long as a step with it takes the residual
-        below `_KEPT` of what it was: about ten such steps cost as much as one with a new tangent. With a
-        predicted stress it is one of the last step, and new each time.
+        It stays as it is, and so does its factorisation, on a large mesh where the residual falls so
+        fast that `_CHEAP_STEPS` more with it will do. With a predicted stress it is one of the last step,
+        and new each time.
 
         Args:
             snes: that asks.
@@ -96,9 +98,13 @@ class EnergySearch:
             self.assemble(x, None if begins else last)
             x.copy(last)
         else:
+            _, atol, _, _ = snes.getTolerances()
             # the barrier of film in contact is too steep for the tangent of another place
-            going_well = self.balloon.contact is None and self._norm < _KEPT * before
-            if (going_well and not begins) or self._same(self._tangent_at, x):
+            large = self.balloon.contact is None and self.balloon.map.size > _MANY
+            falls = not begins and self._norm < before
+            if large and falls and self._norm * (self._norm / before) ** _CHEAP_STEPS <= atol:
+                return
+            if self._same(self._tangent_at, x):
                 return
             self.assemble(x)
         follow_pattern(snes, self.balloon)
