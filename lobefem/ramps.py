@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _petsc
-from lobefem._snes import REASONS, Newton
+from lobefem._snes import REASONS, Newton, largest_step
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, record
 from lobefem.errors import ConvergenceError
@@ -40,7 +40,7 @@ _SMALL = 1 / 8
 _NEUTRAL = 1e-3
 # of the damped motion: error of a step over sqrt(film area), and residual over the load at its end
 _TOLERANCE, _SETTLED, _MOST_STEPS = 3e-4, 1e-6, 500
-_UNSTABLE, _TOUCHES = "unstable", "the film would touch itself"
+_UNSTABLE, _TOUCHES = "unstable", "the film would go too far or touch itself"
 
 
 @dataclass(frozen=True)
@@ -215,11 +215,11 @@ class Ramp:
         Without two, along the linear response -K^-1 dr/ds. Collective.
 
         Returns:
-            whether the film can go there without touching itself.
+            whether the film can go there: not too far, and without touching itself.
         """
         balloon, guide, q = self.balloon, self.guide, self.q
         balloon.place(q)
-        before = balloon.u.x.array.copy()
+        before, last = balloon.u.x.array.copy(), q.copy()
         change = target - guide.parameter
         if len(self._found) == 2:
             (s0, q0), (s1, _) = self._found
@@ -237,6 +237,9 @@ class Ramp:
             ksp.solve(rate, now)
             q.axpy(-1e4, now)
         guide.parameter = target
+        last.axpy(-1.0, q)
+        if last.norm(PETSc.NormType.NORM_INFINITY) > largest_step(balloon):
+            return False
         if balloon.contact is None:
             return True
         balloon.place(q)
