@@ -44,20 +44,28 @@ SOFTENING = 0.1  # where the paper sees it soften [m]
 CONTACT = 1.551  # where lobes touch in the paper [m]
 DAMPINGS = (1.0, 0.1)
 STUDIED = 0.25  # displacement of the mesh study [m]
-# cells along and around a lobe, cell, order
+# cells along and around a lobe, cell, order, grading
 MESHES = (
-    ((12, 16), "triangle", 1),
-    ((24, 16), "triangle", 1),
-    ((12, 32), "triangle", 1),
-    ((24, 32), "triangle", 1),
-    ((48, 32), "triangle", 1),
-    ((24, 64), "triangle", 1),
-    ((48, 64), "triangle", 1),
-    ((12, 16), "quadrilateral", 1),
-    ((24, 32), "quadrilateral", 1),
-    ((48, 64), "quadrilateral", 1),
-    ((12, 16), "quadrilateral", 2),
-    ((24, 32), "quadrilateral", 2),
+    ((12, 16), "triangle", 1, 0.0),
+    ((24, 16), "triangle", 1, 0.0),
+    ((12, 32), "triangle", 1, 0.0),
+    ((24, 32), "triangle", 1, 0.0),
+    ((48, 32), "triangle", 1, 0.0),
+    ((24, 64), "triangle", 1, 0.0),
+    ((48, 64), "triangle", 1, 0.0),
+    ((12, 16), "triangle", 2, 0.0),
+    ((12, 16), "quadrilateral", 1, 0.0),
+    ((24, 16), "quadrilateral", 1, 0.0),
+    ((48, 16), "quadrilateral", 1, 0.0),
+    ((24, 32), "quadrilateral", 1, 0.0),
+    ((48, 32), "quadrilateral", 1, 0.0),
+    ((12, 16), "quadrilateral", 2, 0.0),
+    ((12, 16), "triangle", 1, 0.9),
+    ((24, 32), "triangle", 1, 0.9),
+    ((12, 16), "quadrilateral", 1, 0.9),
+    ((24, 16), "quadrilateral", 1, 0.9),
+    ((24, 32), "quadrilateral", 1, 0.9),
+    ((48, 32), "quadrilateral", 1, 0.9),
 )
 
 Say = Callable[[str], None]
@@ -71,12 +79,13 @@ def balloon(
     contact: bool = False,
     cell: str = "triangle",
     order: int = 1,
+    grading: float = 0.0,
 ) -> Balloon:
     """The paper's design; its edge radius, film and hoops are the defaults. Collective."""
     design = Design.parse(
         {
             "shape": {"lobes": lobes},
-            "mesh": {"divisions": list(divisions), "cell": cell, "order": order},
+            "mesh": {"divisions": list(divisions), "cell": cell, "order": order, "grading": grading},
             "film": {"law": "tension-field", "prestress": True},
             "hoops": {"enabled": True},
             "plates": {"support": "clamped"},
@@ -149,6 +158,8 @@ def run(
     *,
     lobes: int = LOBES,
     contact: bool = True,
+    cell: str = "triangle",
+    grading: float = 0.0,
     comm: Any = MPI.COMM_WORLD,
     say: Say = lambda text: None,
 ) -> dict[str, Any]:
@@ -160,6 +171,7 @@ def run(
         out: folder to write to.
         lobes: of the stack.
         contact: whether to go the first mesh's path with self-contact, too.
+        cell, grading: of the meshes.
         comm: MPI communicator.
         say: called with a line of text after each solve.
     """
@@ -167,10 +179,18 @@ def run(
     for k, mesh in enumerate(meshes):
         for touching in (False, True) if contact and k == 0 else (False,):
             name = f"{mesh[0]} x {mesh[1]}" + (", contact" if touching else "")
-            one = balloon(mesh, comm, lobes, contact=touching)
+            one = balloon(mesh, comm, lobes, contact=touching, cell=cell, grading=grading)
             curves[name] = push(one, displacement, lambda text, name=name: say(f"{name}: {text}"))  # type: ignore[misc]
-    freed = let_go(balloon(meshes[0], comm, lobes), min(SHOWN, displacement), say)
-    numbers = {"pressure": PRESSURE, "lobes": lobes, "curves": curves, "let_go": freed}
+    first = balloon(meshes[0], comm, lobes, cell=cell, grading=grading)
+    freed = let_go(first, min(SHOWN, displacement), say)
+    numbers = {
+        "cell": cell,
+        "grading": grading,
+        "pressure": PRESSURE,
+        "lobes": lobes,
+        "curves": curves,
+        "let_go": freed,
+    }
     if comm.rank == 0:
         out.mkdir(parents=True, exist_ok=True)
         figure(numbers).savefig(out / "tip_displacement.png", dpi=200)
@@ -181,10 +201,10 @@ def run(
 def mesh_study(out: Path, comm: Any, say: Say, meshes: Sequence[Any] = MESHES) -> list[dict[str, Any]]:
     """Force at one displacement on each mesh; writes JSON. Collective."""
     rows = []
-    for divisions, cell, order in meshes:
-        name = f"{divisions[0]} x {divisions[1]} {cell}s, order {order}"
-        one = balloon(divisions, comm, cell=cell, order=order)
-        row = {"divisions": divisions, "cell": cell, "order": order}
+    for divisions, cell, order, grading in meshes:
+        name = f"{divisions[0]} x {divisions[1]} {cell}s, order {order}, grading {grading}"
+        one = balloon(divisions, comm, cell=cell, order=order, grading=grading)
+        row = {"divisions": divisions, "cell": cell, "order": order, "grading": grading}
         row["unknowns"] = one.map.size
         found = push(one, STUDIED, lambda text, name=name: say(f"{name}: {text}"))  # type: ignore[misc]
         row |= {"volume": found["volume"][0], "force": found["reaction"][-1], "stopped": found["stopped"]}
@@ -284,14 +304,14 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
     lines = [
         f"Force at {STUDIED:g} m, {LOBES} lobes, {PRESSURE:g} Pa.",
         "",
-        "| divisions | cell | order | unknowns | volume [m^3] | force [N] |",
-        "|---|---|---|---|---|---|",
+        "| divisions | cell | order | grading | unknowns | volume [m^3] | force [N] |",
+        "|---|---|---|---|---|---|---|",
     ]
     for row in rows:
         along, around = row["divisions"]
         force = row["stopped"] or f"{row['force']:.3f}"
         lines.append(
-            f"| {along} x {around} | {row['cell']} | {row['order']} | {row['unknowns']} | "
+            f"| {along} x {around} | {row['cell']} | {row['order']} | {row['grading']} | {row['unknowns']} | "
             f"{row['volume']:.2f} | {force} |"
         )
     return "\n".join(lines)
@@ -302,6 +322,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Force against tip displacement (paper fig. 22)")
     parser.add_argument("--out", type=Path, default=Path("out/tip"), help="folder to write to")
     parser.add_argument("--divisions", default="12x16", help="of a lobe, one mesh or more; paper: 24x32")
+    parser.add_argument("--cell", default="triangle", choices=("triangle", "quadrilateral"))
+    parser.add_argument("--grading", type=float, default=0.0, help="flatter cells at the seams: 0 to 0.95")
     parser.add_argument("--displacement", type=float, default=1.6, help="of the top centre [m]")
     parser.add_argument("--no-contact", action="store_true", help="leave out the path with self-contact")
     parser.add_argument("--mesh-study", action="store_true", help="the force on many meshes instead")
@@ -322,7 +344,16 @@ def main(argv: Sequence[str] | None = None) -> int:
             lines = [table(mesh_study(options.out, comm, say))]
         else:
             contact = not options.no_contact
-            numbers = run(meshes, options.displacement, options.out, contact=contact, comm=comm, say=say)
+            numbers = run(
+                meshes,
+                options.displacement,
+                options.out,
+                contact=contact,
+                cell=options.cell,
+                grading=options.grading,
+                comm=comm,
+                say=say,
+            )
             lines = words(numbers)
     except LobefemError as error:
         if comm.rank == 0:

@@ -45,12 +45,19 @@ class Net:
     rings: list[Integers]
 
 
-def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], diagonals: str | None) -> Net:
+def structured_net(
+    raw: RawMesh,
+    shape: Meridian,
+    divisions: tuple[int, int],
+    diagonals: str | None,
+    grading: float = 0.0,
+) -> Net:
     """Number Gmsh's quadrilaterals by row i and column j; cut them into triangles if asked.
 
     Node (i, j) of N columns has the number i N + j and lies at t = i arc_length / M, theta =
-    2 pi j / N exactly. With A = (i, j), B = (i, j+1), C = (i+1, j+1), D = (i+1, j) the triangles
-    are (A, B, C), (A, C, D), and where `diagonals` is 'alternating' and i + j is odd they are
+    2 pi j / N exactly; with a grading g the rows of each lobe are at (1 - g) x + g sin(pi x/2) in the
+    place of x, -1 to 1 over the lobe. With A = (i, j), B = (i, j+1), C = (i+1, j+1), D = (i+1, j) the
+    triangles are (A, B, C), (A, C, D), and where `diagonals` is 'alternating' and i + j is odd they are
     (A, B, D), (B, C, D); with None the cells stay quadrilaterals.
     """
     M, N = divisions
@@ -86,8 +93,13 @@ def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], di
             cells[odd] = np.column_stack((A, B, D, B, C, D))[odd]
         cells = cells.reshape(-1, 3)
     ring = np.column_stack((np.arange(N), (np.arange(N) + 1) % N))
+    along = np.arange(rows + 1) / M
+    if grading:
+        lobe = np.minimum(np.arange(rows + 1) // M, lobes - 1)
+        x = 2 * (along - lobe) - 1
+        along = lobe + (1 + (1 - grading) * x + grading * np.sin(np.pi / 2 * x)) / 2
     return Net(
-        t=np.repeat(shape.arc_length * (np.arange(rows + 1) / M), N),
+        t=np.repeat(shape.arc_length * along, N),
         theta=np.tile(2.0 * np.pi * np.arange(N) / N, rows + 1),
         cells=cells,
         first_cell=np.arange(lobes + 1) * (len(cells) // lobes),
