@@ -84,6 +84,6 @@ def test_a_full_disk(small_disk):
 @alone
 @pytest.mark.parametrize("target", ["/dev/full", "/proc/x", "/dev/null/x"])
 def test_places_that_take_nothing(target):
-    code, out, err = run([*COMMAND, "--json", target])
+    code, _, err = run([*COMMAND, "--json", target])
     assert code == 2
     assert fault_of_sentence("".join(line for line in err.splitlines(True) if "warning" not in line)) == ""

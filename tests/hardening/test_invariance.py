@@ -140,4 +140,3 @@ def test_eigenvalues_and_critical_pressures_obey_their_scales(tables, factors):
 
 def _size(tables):
     return tables["shape"].get("edge_radius") or tables["shape"]["radius"]
-

@@ -60,7 +60,8 @@ def test_a_rank_that_lacks_the_design_file(comm, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("module", "fault", "expected"), [(states, FULL, 2), (fields, BUG, 1), (_files, FULL, 2), (states, BUG, 1)]
+    ("module", "fault", "expected"),
+    [(states, FULL, 2), (fields, BUG, 1), (_files, FULL, 2), (states, BUG, 1)],
 )
 def test_a_fault_in_writing_on_rank_0_alone(comm, shared_path, monkeypatch, module, fault, expected):
     def fail(*arguments, **options):
