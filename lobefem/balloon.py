@@ -119,8 +119,8 @@ class Balloon:
         self.reference_volume += self.motion.volume if self.motion else 0.0
         if self.motion is not None and self.reference_volume <= 0:
             raise InputError(
-                f"the surface encloses {self.reference_volume:.3g} m^3: its cells are turned inwards; reverse "
-                "the order of their corners"
+                f"the surface encloses {self.reference_volume:.3g} m^3: its cells are turned inwards; "
+                "reverse the order of their corners"
             )
 
     def on(self, surface: Any) -> Balloon:

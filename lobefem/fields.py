@@ -80,7 +80,7 @@ def save_fields(folder: Path, snapshots: Sequence[Snapshot]) -> None:
 
 
 def _size(snapshots: Sequence[Snapshot]) -> int:
-    """Bytes that the fields take at the most: those of the numbers, and HDF5's and XML's own for each field."""
+    """Bytes that the fields take at the most: of the numbers, and HDF5's and XML's own for each field."""
     balloon = snapshots[0].balloon
     nodes = balloon.V.dofmap.index_map.size_global
     cells = balloon.mesh.topology.index_map(2).size_global
