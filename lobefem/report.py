@@ -222,7 +222,7 @@ def _subtitle(run: Run) -> str:
     said += [f"{results['film']} film"] if results.get("film") else []
     said += [f"{results['load']} load"] if results.get("load") else []
     said += [str(results["support"])] if results.get("support") else []
-    if isinstance(mesh, list) and "meshes" not in results:
+    if isinstance(mesh, list) and results.get("command") != "mesh-study":
         said.append(" × ".join(map(str, mesh)) + " divisions")
     return ", ".join(said)
 
