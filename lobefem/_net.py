@@ -55,7 +55,7 @@ def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], di
     M, N = divisions
     lobes = len(raw.rings) - 1
     rows = lobes * M
-    t, theta = _on_surface(raw, shape)
+    t, theta = _on_surface(raw, shape, steps=1)  # the nearest row and column are all that counts
     row, column = t * M / shape.arc_length, theta * N / (2.0 * np.pi)
     i, j = np.rint(row).astype(np.int64), np.rint(column).astype(np.int64)
     off = max(np.abs(row - i).max(), np.abs(column - j).max())
@@ -76,7 +76,12 @@ def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], di
 
 
 def grid(
-    shape: Meridian, lobes: int, divisions: tuple[int, int], diagonals: str | None, share: int = 0, of: int = 1
+    shape: Meridian,
+    lobes: int,
+    divisions: tuple[int, int],
+    diagonals: str | None,
+    share: int = 0,
+    of: int = 1,
 ) -> Net:
     """A structured net, or the rows of one of several equal shares.
 
@@ -209,7 +214,7 @@ def place(shape: Meridian, lobes: int, t: Reals, theta: Reals) -> Reals:
     return np.column_stack((R * np.cos(theta), R * np.sin(theta), z))
 
 
-def _on_surface(raw: RawMesh, shape: Meridian) -> tuple[Reals, Reals]:
+def _on_surface(raw: RawMesh, shape: Meridian, steps: int = 6) -> tuple[Reals, Reals]:
     """Surface coordinates of the foot of each of Gmsh's points."""
     x, y, height = raw.points.T
     lobe = np.clip(np.floor(height / shape.height), 0, len(raw.rings) - 2)
@@ -217,7 +222,7 @@ def _on_surface(raw: RawMesh, shape: Meridian) -> tuple[Reals, Reals]:
     half = 0.5 * shape.arc_length
     table = shape.stations(256)
     s = np.interp(z, shape.z(table), table)
-    for _ in range(6):  # Gauss-Newton: the points are within the spline's error of the surface
+    for _ in range(steps):  # Gauss-Newton: the points are within the spline's error of the surface
         radial, axial = shape.slope(s)
         s = np.clip(s + (R - shape.radius(s)) * radial + (z - shape.z(s)) * axial, -half, half)
     distance = np.hypot(R - shape.radius(s), z - shape.z(s)).max()

@@ -243,9 +243,9 @@ def sweep(
         runs.begin(study, out, resume=resume, overwrite=overwrite)
         return study
 
-    study = prepare() if ranks.comm is None else on_root(ranks.comm, file, prepare)
-    ranks.stop.note = lambda: f"; go on with --resume --out {out}"
     volume = _volume(context)
+    study = prepare() if ranks.comm is None else on_root(ranks.comm, file, prepare)
+    ranks.stop.note = lambda: f"; finished points are in {out}, go on with --resume"
     with (
         runs.workers(number, ranks.comm) as executor,
         reporting(ranks.is_root, ranks.stop, **volume) as progress,
@@ -482,6 +482,8 @@ def main(arguments: list[str] | None = None) -> int:
         the exit code, on all ranks.
     """
     given = arguments
+    for name in ("stdout", "stderr"):  # closed ones, of a service for example, are None
+        setattr(sys, name, getattr(sys, name) or open(os.devnull, "w"))  # noqa: SIM115  to the end
     if given is None:
         given = sys.argv[1:]
         # what is imported lives to the end: looking for garbage in it takes a quarter of a second

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -17,11 +17,13 @@ import numpy.typing as npt
 from lobefem._files import on_root, replace, require_everywhere, reserve
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
-from lobefem.stability import Mode
 
 # isort: split
 from dolfinx import fem
 from dolfinx.io import XDMFFile
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = ["Snapshot", "save_fields"]
 

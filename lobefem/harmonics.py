@@ -62,7 +62,9 @@ def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> A
     total = np.bincount(rings, weights, num_rings)
     orders = np.arange(-highest, highest + 1)
     if divisions:
-        coefficients = _of_grid(field, rings, np.rint(angle * around / (2 * np.pi)), around, num_rings, orders)
+        coefficients = _of_grid(
+            field, rings, np.rint(angle * around / (2 * np.pi)), around, num_rings, orders
+        )
     else:
         ringwise = sparse.csr_array((np.ones(n), (rings, np.arange(n))), (num_rings, n))
         coefficients = np.stack([ringwise @ (field * np.exp(-1j * k * angle)[:, None]) for k in orders])

@@ -83,19 +83,17 @@ def _option(name: str, metavar: str, help: str, panel: str = "The design, overri
 
 
 def _design_files(incomplete: str) -> list[str]:
-    """What can go on from some first letters to a design file."""
-    start = Path(incomplete)
-    folder = start if incomplete.endswith("/") or not incomplete else start.parent
+    """What can go on from some first letters to a design file; a lone folder gives what is in it."""
+    folder = Path(incomplete) if incomplete.endswith("/") or not incomplete else Path(incomplete).parent
     try:
-        found = sorted(folder.iterdir())
+        found = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError:
         return []
-    named = [
-        f"{path}/" if path.is_dir() else str(path)
-        for path in found
-        if path.suffix == ".toml" or (path.is_dir() and not path.name.startswith("."))
-    ]
-    return [name for name in named if name.startswith(incomplete)]
+    names = [f"{path}/" if path.is_dir() else str(path) for path in found]
+    fitting = [n for n in names if n.endswith(("/", ".toml")) and n.startswith(incomplete)]
+    if len(fitting) == 1 and fitting[0].endswith("/"):
+        return _design_files(fitting[0])
+    return fitting
 
 
 _RUN, _OUTPUT = "The run", "Output"

@@ -120,7 +120,8 @@ def _solve(point: Point, kept: str) -> Row:
     file = folder.with_suffix(".toml")
     replace(file, point.design)
     command = [sys.executable, "-m", "lobefem.cli", point.command, str(file), *point.options]
-    command += ["--out", str(folder), "--overwrite"]
+    # one that was stopped halfway goes on
+    command += ["--out", str(folder), "--resume" if (folder / "run.json").is_file() else "--overwrite"]
     calm = {k: v for k, v in os.environ.items() if not k.startswith(_LAUNCHER)}
     start = time.monotonic()
     process = subprocess.run(

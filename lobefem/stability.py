@@ -141,6 +141,7 @@ def find_modes(
     wanted = min(count + 2, K.getSize()[0])
     eps = solver(K, B, wanted, symmetric, PREFIX)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    eps.setPurify(False)  # `run` does it anyway
     eps.setTolerances(tolerance, 500)
     st = eps.getST()
     st.setType(SLEPc.ST.Type.SINVERT)
@@ -219,8 +220,18 @@ def _shift_below(balloon: Balloon, eps: Any, K: Any, B: Any, symmetric: bool) ->
 
 
 def _num_below(eps: Any, value: float) -> int:
-    """Number of eigenvalues below a value, by the inertia of a solver's own factorisation there. Collective."""
+    """Number of eigenvalues below a value, by the inertia of a solver's own factorisation there. Collective.
+
+    Where the user has chosen an iterative solver, a factorisation of its own tells.
+    """
     st = eps.getST()
+    if st.getKSP().getPC().getType() != PETSc.PC.Type.CHOLESKY:
+        K, B = eps.getOperators()
+        shifted = K.copy()
+        shifted.axpy(-value, B)
+        below = _petsc.num_negative(shifted)
+        shifted.destroy()
+        return below
     st.setShift(value)
     eps.setUp()  # which gives it its matrices, the first time
     st.setUp()

@@ -11,7 +11,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -21,15 +21,19 @@ from lobefem._files import on_root, replacing
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
-from lobefem.stability import Mode
 
 # isort: split
 from dolfinx import fem
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = ["Checkpoint", "Keepable", "load_modes", "load_state", "save_modes", "save_state"]
 
 Array = npt.NDArray[np.float64]
 _FIELD = "field:"
+_ARRAYS = ("position", "displacement", "plate_parameters", "pressure", "prestress")
+_MOST_NOTES = 10**8  # bytes
 _OWN = ("balloon", "pressure", "prestress", "unknowns", "displacement")
 _MEASURED = tuple(f.name for f in dataclasses.fields(Equilibrium) if f.name not in _OWN)
 _MODE = ("residual", "harmonic", "harmonics", "kind")
@@ -119,8 +123,8 @@ def save_state(
                 stream,
                 **whole,  # type: ignore[arg-type]
                 plate_parameters=parameters,
-                pressure=state.pressure,
-                prestress=state.prestress,
+                pressure=float(state.pressure),
+                prestress=float(state.prestress),
                 notes=np.array(json.dumps(notes or {})),
             )
 
@@ -133,36 +137,57 @@ def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
     Raises:
         InputError: no such file, not a state, or of another mesh or support.
     """
-
-    def read() -> dict[str, Array]:
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                return {name: file[name] for name in file.files}
-        except (ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise InputError(f"'{path}' holds no state ({error}); give a run's state.npz") from None
-
-    data = on_root(balloon.comm, Path(path), read)
+    count = balloon.V.dofmap.index_map.size_global
+    data, notes = on_root(balloon.comm, Path(path), lambda: _read(Path(path), count))
     order = _input_order(balloon)
     x = balloon.V.tabulate_dof_coordinates()[: len(order)]
-    position, count = data.get("position"), balloon.V.dofmap.index_map.size_global
+    position, parameters = data["position"], data["plate_parameters"]
     same = (
-        position is not None
-        and position.shape == (count, 3)
-        and data["plate_parameters"].shape == (balloon.map.num_parameters,)
+        position.shape == (count, 3)
+        and parameters.shape == (balloon.map.num_parameters,)
         and bool(np.allclose(position[order], x, rtol=0, atol=1e-9 * np.ptp(position)))
     )
     if not balloon.comm.allreduce(int(same)) == balloon.comm.size:
         raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
     free = data["displacement"][order].ravel()[balloon.map.free]
     extra = balloon.map.local_size - len(free)  # the last rank holds the plates' parameters
-    unknowns = np.concatenate([free, data["plate_parameters"][:extra]])
-    notes = json.loads(str(data["notes"])) if "notes" in data else {}
+    unknowns = np.concatenate([free, parameters[:extra]])
     fields = {
         name.removeprefix(_FIELD): _with_ghosts(balloon, values[order])
         for name, values in data.items()
         if name.startswith(_FIELD)
     }
     return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns, notes, fields)
+
+
+def _read(path: Path, count: int) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Arrays and notes of a state's file; whatever else it holds is refused, and not read."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(part.file_size for part in archive.infolist())
+            fields = len(archive.infolist())
+        if size > _MOST_NOTES + 24 * count * fields:
+            raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
+        with np.load(path, allow_pickle=False) as file:
+            text = str(file["notes"]) if "notes" in file.files else "{}"
+            data = {name: file[name] for name in file.files if name != "notes"}
+        notes = json.loads(text)
+        numbers = [data[name] for name in _ARRAYS]
+    except (OSError, InputError):
+        raise
+    except Exception as error:  # NumPy's and zipfile's are of many kinds
+        raise InputError(f"'{path}' holds no state ({str(error)[:200]}); give a run's state.npz") from None
+    if not isinstance(notes, dict) or not all(_sound(array) for array in data.values()):
+        raise InputError(f"'{path}' holds no state (not all is numbers); give a run's state.npz")
+    pressure, prestress = numbers[-2:]
+    shapes = {values.shape for name, values in data.items() if name.startswith(_FIELD)}
+    if pressure.shape or prestress.shape or shapes | {data["displacement"].shape} != {data["position"].shape}:
+        raise InputError(f"'{path}' holds no state (arrays of other shapes); give a run's state.npz")
+    return data, notes
+
+
+def _sound(array: Array) -> bool:
+    return array.dtype == np.float64 and bool(np.isfinite(array).all())
 
 
 def _with_ghosts(balloon: Balloon, owned: Array) -> Array:
@@ -208,6 +233,17 @@ def load_modes(path: str | Path, balloon: Balloon) -> tuple[Equilibrium, tuple[M
         raise InputError(f"'{path}' holds no modes; start afresh with --overwrite")
     balloon.set_loads(kept.pressure, kept.prestress)
     balloon.place(kept.vector())
+    try:
+        return _rebuilt(balloon, kept)
+    except (TypeError, KeyError, ValueError, AttributeError) as error:
+        raise InputError(f"'{path}' holds no modes ({error}); start afresh with --overwrite") from None
+
+
+def _rebuilt(balloon: Balloon, kept: Checkpoint) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
+    """State and modes from what was kept of them."""
+    from lobefem.stability import Mode  # slow to import: inflate does without
+
+    notes = kept.notes
     measured = {name: _tupled(value) for name, value in notes["state"].items()}
     state = Equilibrium(
         balloon=balloon,

@@ -24,7 +24,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lobefem._files import on_root, replace, replacing, require_writable, save_json, to_json
 from lobefem.balloon import Balloon
@@ -32,8 +32,11 @@ from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 from lobefem.fields import Snapshot, save_fields
 from lobefem.log import logger
-from lobefem.stability import Mode
 from lobefem.states import Checkpoint, Keepable, load_modes, load_state, save_modes, save_state
+from lobefem.units import shown
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = ["RunFolder", "Snapshot"]
 
@@ -152,7 +155,7 @@ class RunFolder:
         if self.resume:
             theirs = file.read_text(encoding="utf-8", errors="replace")
             if theirs != self._design:
-                differ = [line for line in theirs.splitlines() if line not in self._design.splitlines()]
+                differ = [line[:60] for line in theirs.splitlines() if line not in self._design.splitlines()]
                 said = f" ({', '.join(differ[:3])})" if differ else ""
                 raise InputError(
                     f"the run in '{self.path}' is of another design{said}; resume it with its own "
@@ -187,14 +190,14 @@ class RunFolder:
         try:
             run = json.loads(file.read_text(encoding="utf-8"))
             study, _, _ = (dict(run[name]) for name in ("study", "versions", "steps"))
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError, KeyError, RecursionError) as error:
             raise InputError(
                 f"'{file}' says nothing of a run ({error}); start afresh with --overwrite"
             ) from None
         asked = json.loads(to_json(self._run["study"]))
         if study and asked and study != asked:
             differ = [name for name in {**study, **asked} if study.get(name) != asked.get(name)]
-            said = ", ".join(f"{name.replace('_', '-')} {study.get(name)}" for name in differ)
+            said = ", ".join(f"{name.replace('_', '-')} {shown(study.get(name))}" for name in differ[:9])
             raise InputError(
                 f"the run in '{self.path}' is of another study, with {said}; repeat its command and options, "
                 "or leave out --resume"

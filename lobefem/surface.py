@@ -28,7 +28,7 @@ from lobefem.profiling import timed
 from dolfinx.mesh import Mesh, MeshTags  # after lobefem._dolfinx, which finds the stack
 from mpi4py import MPI
 
-__all__ = ["Cylinder", "Surface", "cylinder", "lobed_cylinder", "sector_of"]
+__all__ = ["Cylinder", "Surface", "coarser", "cylinder", "lobed_cylinder", "sector_of"]
 
 Array = npt.NDArray[np.float64]
 
@@ -311,12 +311,34 @@ def sector_of(surface: Surface) -> Surface:
     """
     if surface.cyclic_order is None or surface.divisions is None:
         raise InputError("a single harmonic needs a cyclic mesh; use mesh layout 'structured'")
+    return _alike(surface, surface.divisions, sector=True)
+
+
+def coarser(surface: Surface) -> Surface | None:
+    """The same surface with half the divisions both ways; None where they cannot be halved. Collective.
+
+    Every node of it is a node of the finer one.
+    """
+    if surface.divisions is None or surface.copies != 1:
+        return None
+    along, around = (count // 2 for count in surface.divisions)
+    even = surface.divisions == (2 * along, 2 * around)
+    if not even or along < 4 or around < 4 or (_diagonals(surface) == "alternating" and around % 2):
+        return None
+    return _alike(surface, (along, around))
+
+
+def _diagonals(surface: Surface) -> str:
+    return "same" if surface.divisions and surface.cyclic_order == surface.divisions[1] else "alternating"
+
+
+def _alike(surface: Surface, divisions: tuple[int, int], sector: bool = False) -> Surface:
+    """A structured surface again, with other divisions or one sector of it. Collective."""
     cell = surface.mesh.topology.cell_name()
     order = 1 if _dolfinx.geometry_dofmap(surface.mesh).shape[1] == {"triangle": 3}.get(cell, 4) else 2
-    diagonals = "same" if surface.cyclic_order == surface.divisions[1] else "alternating"
     return _make(
-        surface.shape, surface.num_lobes, (1, 3), surface.divisions, cell, order, diagonals,
-        "structured", None, True, MPI.COMM_SELF,
+        surface.shape, surface.num_lobes, (1, 3), divisions, cell, order, _diagonals(surface),
+        "structured", None, sector, surface.mesh.comm,
     )  # fmt: skip
 
 

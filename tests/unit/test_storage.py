@@ -171,7 +171,7 @@ def test_a_file_that_is_no_state_is_refused(comm, shared_path):
     if comm.rank == 0:
         with path.open("wb") as stream:
             np.savez(stream, other=np.zeros(3))
-    with pytest.raises(InputError, match=r"is a state of another mesh"):
+    with pytest.raises(InputError, match=r"holds no state \('position'\)"):
         load_state(path, balloon)
 
 
