@@ -321,7 +321,6 @@ def _views(run: Run, film: Skin) -> Iterator[dict[str, Any]]:
         step = run.steps[s]
         state = step.nodal.get("displacement", np.zeros_like(run.x))
         group = _step_name(run, s)
-        group = group[:1].upper() + group[1:]
         for k in range(step.num_modes):
             mode, name = step.nodal[f"mode_{k + 1}"], mode_name(run, s, k)
             size = np.linalg.norm(mode, axis=1)

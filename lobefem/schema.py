@@ -166,6 +166,13 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "history[].mid_hoop_displacement": ("m", "sideways, of the middle hoop's centre"),
         "history[].contact_force": ("N", "in all"),
         "history[].time": ("s", "in the release; null in the ramp"),
+        "history[].residual": ("", "over the norm of the pressure's nodal forces"),
+        "history[].ledger.strain": ("J", "gain of film, cords and bar since the start"),
+        "history[].ledger.contact": ("J", "of contact"),
+        "history[].ledger.pressure": ("J", "work of the gas"),
+        "history[].ledger.constraint": ("J", "work of what imposed the distortion"),
+        "history[].ledger.damping": ("J", "taken by the release's damping"),
+        "history[].ledger.euler": ("J", "the same by the time steps' own rule"),
     },
     "sweep": {
         "of": ("", "the command of each point"),
