@@ -92,6 +92,11 @@ class Equilibrium:
         self.activate()
         return measures.stress_resultants(self.balloon)
 
+    def regions(self) -> Any:
+        """Shares (taut, wrinkled, slack) of each cell as a piecewise constant function. Collective."""
+        self.activate()
+        return measures.region_shares(self.balloon)
+
     def true_resultants(self) -> Any:
         """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m], see `measures`. Collective."""
         self.activate()

@@ -10,6 +10,7 @@ import typer
 __all__ = [
     "KEYS",
     "NAMES",
+    "AtPressure",
     "Bend",
     "Cell",
     "Contact",
@@ -19,6 +20,7 @@ __all__ = [
     "Divisions",
     "EdgeRadius",
     "FilmLaw",
+    "Format",
     "Harmonic",
     "Harmonics",
     "Json",
@@ -29,16 +31,19 @@ __all__ = [
     "Mass",
     "MeshStudy",
     "Meshes",
+    "ModeNumbers",
     "OnePressure",
     "Order",
     "Out",
     "Overwrite",
     "Petsc",
+    "PictureFile",
     "Pressures",
     "Prestress",
     "Profile",
     "Release",
     "Resume",
+    "RunDir",
     "Slack",
     "State",
     "Steps",
@@ -46,6 +51,8 @@ __all__ = [
     "TipDisplacement",
     "Twist",
     "Wave",
+    "What",
+    "Width",
 ]
 
 # which key of the design an option overrides
@@ -70,7 +77,7 @@ def _option(name: str, metavar: str, help: str, panel: str = "The design, overri
     return typer.Option(name, metavar=metavar, help=help, show_default=False, rich_help_panel=panel)
 
 
-_RUN, _OUTPUT = "The run", "Output"
+_RUN, _OUTPUT, _PICTURE = "The run", "Output", "The picture"
 Text = str | None
 DesignFile = Annotated[Path, typer.Argument(metavar="DESIGN.toml", help="Design file, see meshes/.")]
 FilmLaw = Annotated[Text, _option("--film", "LAW", "isotropic, fixed-wrinkles or tension-field.")]
@@ -155,6 +162,13 @@ Profile = Annotated[
     bool,
     typer.Option("--profile", help="Say where the time went, stage by stage.", rich_help_panel=_OUTPUT),
 ]
+RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, what --out has made.")]
+What = Annotated[str, _option("--what", "WHAT", "modes, stress, state, curves or release.", _PICTURE)]
+PictureFile = Annotated[Path | None, _option("--to", "FILE", "The picture; default: DIR/WHAT.png.", _PICTURE)]
+Format = Annotated[Text, _option("--format", "F", "png, svg, gif or mp4, by default of --to.", _PICTURE)]
+ModeNumbers = Annotated[Text, _option("--mode", "LIST", "These modes only, 1, 1:4 or 2,5.", _PICTURE)]
+AtPressure = Annotated[Text, _option("--pressure", "P", "Of several, 5 or '5 Pa'; default: last.", _PICTURE)]
+Width = Annotated[str, _option("--width", "MM", "85 for one column (default), 170 for two.", _PICTURE)]
 Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fields.", _OUTPUT)]
 Overwrite = Annotated[
     bool,

@@ -106,7 +106,8 @@ def perturb(
         steps: increments of the ramp.
         damping: of the release, see `lobefem.release`.
         resume: what `keep` was last given in a run that was stopped.
-        keep: called on all ranks after each accepted step, with a state of the free balloon and notes.
+        keep: called on all ranks after each accepted step, with a state of the free balloon and notes;
+            its shape is that of notes["history"][notes["point"]].
         progress: called with a line of text now and then.
 
     Raises:
@@ -224,7 +225,7 @@ class _Log:
                 ledger=ledger,
             )
         )
-        self._keep(release_start(state) if self.keep is not None else None, "ramp")
+        self._keep(release_start(state) if self.keep is not None else None, "ramp", len(self.history) - 1)
 
     def _gas(self, gained: float, plates: tuple[Array, Array]) -> float:
         """Work of the gas over a step; what `film` load leaves out on the plates by the trapezoid rule."""
@@ -268,14 +269,16 @@ class _Log:
                     ledger=record.ledger,
                 )
             )
-        self._keep(before, "release")
+        # the step began where the one before ended
+        self._keep(before, "release", len(self.history) - (2 if record.number else 1))
 
-    def _keep(self, state: Keepable | None, phase: str) -> None:
+    def _keep(self, state: Keepable | None, phase: str, point: int) -> None:
         if self.keep is None or state is None:
             return
         notes = {
             "study": dict(self.study),
             "phase": phase,
+            "point": point,
             "parameter": self.parameter,
             "history": [asdict(p) for p in self.history],
             "records": [asdict(r) for r in self.records],

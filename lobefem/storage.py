@@ -2,7 +2,7 @@
 
     design.toml     the validated design with all defaults filled in
     results.json    what the command line's --json holds
-    fields.xdmf/.h5 mesh, displacement, stress resultants and modes; one time step a pressure
+    fields.xdmf/.h5 mesh, displacement, stress, taut film and modes; one time step a pressure
     state.npz       the last converged state in the mesh's input order, for any number of ranks
 
 Every file appears complete or not at all. Rank 0 alone touches the file system (HDF5 apart), and
@@ -45,6 +45,12 @@ __all__ = [
 
 Array = npt.NDArray[np.float64]
 _FIGURES = ("critical_pressures.png", "mesh_study.png", "eigenvalues.png", "history.png")
+# what `lobefem plot` puts there by itself
+_PICTURES = tuple(
+    f"{what}.{suffix}"
+    for what in ("modes", "stress", "state", "curves", "release")
+    for suffix in ("png", "svg", "gif", "mp4")
+)
 _FILES = (
     "design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz", "log.txt",
 )  # fmt: skip
@@ -146,8 +152,9 @@ class RunFolder:
                     raise InputError(
                         f"another run has filled '{self.path}' meanwhile; give another --out, or --overwrite"
                     ) from None
-            for name in (*_FILES, *_FIGURES):
+            for name in (*_FILES, *_FIGURES, *_PICTURES):
                 (self.path / name).unlink(missing_ok=True)
+            shutil.rmtree(self.path / "frames", ignore_errors=True)
             replace(file, design)
             self._log.open()
 
@@ -274,7 +281,7 @@ def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:
         found.append(_nodal(balloon, "displacement", snapshot.state.displacement))
         stress = snapshot.state.stress_resultants()
         stress.name = "stress_resultants"
-        found.append(stress)
+        found += [stress, snapshot.state.regions()]
     for k, mode in enumerate(snapshot.modes, 1):
         found.append(_nodal(balloon, f"mode_{k}", mode.displacement))
         if imaginary:  # for all or for none: readers keep a field that a later step lacks

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 from lobefem.chart import HarmonicChart, harmonic_chart
@@ -11,12 +13,14 @@ from lobefem.critical import CriticalPressure, critical_pressure
 from lobefem.design import Design
 from lobefem.distortions import Distortion
 from lobefem.errors import InputError, SolveError
+from lobefem.frames import keep_frame
 from lobefem.kink import has_kink, one_sided_charts, one_sided_pressures, slack_critical_pressure
 from lobefem.mesh_study import DIVISIONS, MeshStudy
 from lobefem.mesh_study import mesh_study as study_meshes
 from lobefem.perturbation import Perturbed
 from lobefem.perturbation import perturb as impose
 from lobefem.stability import find_modes
+from lobefem.states import Keepable
 from lobefem.storage import RunFolder, Snapshot
 from lobefem.tasks import KINK, Outcome, Progress, check_state, failure, summary
 from lobefem.tracing import critical_point
@@ -299,7 +303,7 @@ def perturb(
     resume, keep = None, None
     if folder is not None:
         folder.begin(design.to_toml())
-        resume, keep = folder.kept(balloon), folder.keep
+        resume, keep = folder.kept(balloon), partial(_keep, folder)
     found: Perturbed | None = None
     try:
         found = impose(
@@ -317,6 +321,10 @@ def perturb(
         results |= failure(error)
         return outcome
     results |= _perturbed(found, degrees)
+    rest = None if found.released is None else found.released.state
+    if folder is not None and rest is not None:
+        last = len(found.history) - 1
+        keep_frame(folder.path, last, rest, (*_ends([vars(p) for p in found.history]), last))
     if modes is not None:
         lowest = found.released.lowest if found.released is not None else float(modes.values.real.min())
         results["min_eigenvalue"] = lowest
@@ -325,6 +333,17 @@ def perturb(
             outcome.snapshots.append(Snapshot(state.balloon, state.pressure, state))
     outcome.figures["history.png"] = lambda: _history_figure(found, results)
     return outcome
+
+
+def _keep(folder: RunFolder, state: Keepable, notes: Mapping[str, Any]) -> None:
+    folder.keep(state, notes)
+    keep_frame(folder.path, notes["point"], state, _ends(notes["history"]))
+
+
+def _ends(history: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
+    """The number of the ramp's last point, once there is a release."""
+    ramp = sum(point["time"] is None for point in history)
+    return (ramp - 1,) if ramp < len(history) else ()
 
 
 def _perturbed(found: Perturbed, degrees: bool) -> dict[str, Any]:
@@ -360,6 +379,8 @@ def _perturbed(found: Perturbed, degrees: bool) -> dict[str, Any]:
                 "mid_hoop_displacement": p.mid_hoop_displacement,
                 "contact_force": p.contact_force,
                 "time": p.time,
+                "residual": p.residual,
+                "ledger": asdict(p.ledger),
             }
             for p in found.history
         ],

@@ -10,12 +10,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import lobefem
+from lobefem.branches import follow
 from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
 from lobefem.errors import InputError, SolveError
 from lobefem.kink import has_kink, one_sided_modes
-from lobefem.stability import Mode, find_modes
+from lobefem.stability import Mode, Modes, find_modes
 from lobefem.storage import Snapshot
 
 __all__ = [
@@ -170,7 +171,21 @@ def modes(
                 "bounds": sides.bounds,
             }
         outcome.snapshots.append(Snapshot(balloon, pressure, held, found.modes))
+    results["branches"] = _branches(outcome.snapshots, mass)
     return outcome
+
+
+def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
+    """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
+    sweep = {
+        s.pressure: Modes(s.state, mass, True, 0.0, None, s.modes) for s in snapshots if s.state is not None
+    }
+    if len(sweep) < 2:
+        return []
+    return [
+        vars(b) | {"pressures": b.pressures.tolist(), "values": b.values.tolist()}
+        for b in follow(list(sweep.values()))
+    ]
 
 
 def check_state(state: str, design: Design) -> None:
