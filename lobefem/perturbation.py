@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.distortions import Distortion, Increment, distort, release_start
 from lobefem.equilibrium import Equilibrium, inflate
@@ -55,8 +56,8 @@ class Point:
     ledger: Ledger
 
 
-@dataclass(frozen=True)
-class Perturbed:
+@dataclass(frozen=True, repr=False)
+class Perturbed(Glanceable):
     """What became of a balloon that was distorted, and let go.
 
     Attributes:
@@ -72,6 +73,20 @@ class Perturbed:
     imposed: Equilibrium | None = field(repr=False)
     released: Released | None
     history: tuple[Point, ...] = field(repr=False)
+
+    def _glance(self) -> Glance:
+        end, kind = self.ramp[-1], self.distortion
+        rows = [
+            ("volume, original", number(self.original.volume, "m^3")),
+            ("volume, distorted", number(end.volume, "m^3")),
+            ("reaction", number(end.reaction, kind.reaction_unit)),
+            ("first contact", number(self.first_contact, kind.unit)),
+        ]
+        outcome = "held"
+        if self.released is not None:
+            outcome = f"released: {self.released.outcome}"
+            rows.append(("evidence", self.released.reason))
+        return Glance(f"{kind.kind} of {kind.parameter:.4g} {kind.unit}, {outcome}", tuple(rows))
 
     @property
     def ramp(self) -> tuple[Point, ...]:
