@@ -8,7 +8,8 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -88,13 +89,14 @@ def save_picture(
         raise InputError(f"width = {width} mm is no width of a picture; give 85, or 170 for two columns")
     try:
         drawn = picture(run, what, pressure=pressure, modes=modes, width=width)
-        if suffix in ("png", "svg"):
-            with replacing(path) as stream:
-                drawn.figure().savefig(stream, format=suffix)
-        elif drawn.frames:
-            _animate(drawn.frames, path, suffix)
-        else:
+        if suffix not in ("png", "svg") and not drawn.frames:
             raise InputError(f"{what} of '{folder}' has no motion; use png or svg")
+        with _fitting(run):
+            if suffix in ("png", "svg"):
+                with replacing(path) as stream:
+                    drawn.figure().savefig(stream, format=suffix)
+            else:
+                _animate(drawn.frames, path, suffix)
     except OSError as error:
         raise InputError(f"'{path}': {error.strerror or error}; give another place") from None
     return path
@@ -117,10 +119,11 @@ def picture(
         raise InputError(f"'{what}' is unknown; use {', '.join(WHATS)}")
     holds = held(run)
     if what not in holds:
-        reason = "" if run.results else ", for its run has not come to its end"
-        instead = f"; it holds {', '.join(holds)}" if holds else " nor anything else to draw"
-        raise InputError(f"'{run.path}' holds no {what}{reason}{instead}")
-    try:
+        if run.faults:
+            raise InputError(f"'{run.path}' holds no {what}: {run.faults[0]}")
+        instead = f"it holds {', '.join(holds)}" if holds else "nor anything else to draw"
+        raise InputError(f"'{run.path}' holds no {what}; {instead}")
+    with _fitting(run):
         if what == "curves":
             return Picture(lambda: _curves(run, width))
         if what == "release":
@@ -130,9 +133,16 @@ def picture(
             return _modes(run, step, modes, width)
         draw = _stress if what == "stress" else _state
         return draw(run, step, pressure, width)
+
+
+@contextmanager
+def _fitting(run: Run) -> Iterator[None]:
+    """A folder's files are anyone's: what they lack or hold too much of is bad input."""
+    try:
+        yield
     except InputError:
         raise
-    except (KeyError, TypeError, ValueError, IndexError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError(
             f"the files in '{run.path}' do not fit each other ({type(error).__name__}: {error}); run it again"
         ) from None
@@ -332,8 +342,8 @@ def _release(run: Run, width: float) -> Picture:
 
     ramp = sum(point["time"] is None for point in run.results["history"]) - 1
     still = _still(film, [panels[k] for k in _strip(frames, ramp)], title, width)
-    # the end stays for a second
-    return Picture(still, tuple(of(panel) for panel in [*panels, *[panels[-1]] * _RATE]))
+    # the end stays for half a second
+    return Picture(still, tuple(of(panel) for panel in [*panels, *[panels[-1]] * (_RATE // 2)]))
 
 
 def _moment(run: Run, point: int) -> str:

@@ -1,6 +1,7 @@
 """Pictures of a run folder: what is drawn, what moves, and what is refused in one sentence."""
 
 import json
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,6 +92,14 @@ def test_what_is_not_there_is_said_in_one_sentence(folder, shared_path):
             save_picture(folder, what, **given)
     with pytest.raises(InputError, match="there is no folder"):
         save_picture(shared_path / "nothing", "modes")
+    shutil.copytree(folder, shared_path / "other")
+    (shared_path / "other" / "results.json").write_text('{"command": "modes", "branches": [1]}')
+    for what in ("modes", "curves"):
+        with pytest.raises(InputError, match=r"do not fit each other \((Key|Type)Error: .*\); run it again"):
+            save_picture(shared_path / "other", what)
+    (shared_path / "other" / "results.json").unlink()
+    with pytest.raises(InputError, match=r"holds no modes: there is no results\.json: this run"):
+        save_picture(shared_path / "other", "modes")
 
 
 @pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="a rank that is alone with its failure ends the run")
