@@ -23,11 +23,12 @@ sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
-	@echo "make demo       figures and tables of demos/stability.py in $(OUT)"
+	@echo "make demo       figures, tables and report.html of demos/stability.py in $(OUT)"
 	@echo "make demos      all demos on coarse meshes in $(ALL), about four minutes"
 	@echo "make docs       the documentation in $(DOCS), warnings as errors; make links: its outer links"
 	@echo "make test       the test suite, serial and on two MPI ranks"
-	@echo "make bench      the common problem by lobefem and the other programs, in out/bench; about an hour"
+	@echo "make bench      the common problem by lobefem and the other programs, in out/bench; about an hour,"
+	@echo "                BENCH=--short: lobefem and Surface Evolver on fine meshes, a few minutes"
 	@echo "make bench-peers  get the other programs, into .peers; BENCH='--runs 3 --meshes 24x32' chooses"
 	@echo "make lint       ruff and import-linter"
 	@echo "make types      mypy"

@@ -18,9 +18,12 @@ from lobefem.errors import InputError
 __all__ = [
     "check_file",
     "on_root",
+    "plain",
     "replace",
     "replacing",
+    "require_everywhere",
     "require_writable",
+    "reserve",
     "save_json",
     "to_json",
 ]
@@ -28,14 +31,15 @@ __all__ = [
 
 def to_json(results: dict[str, Any]) -> str:
     """JSON text; a number that is not finite becomes null."""
-    return json.dumps(_plain(results), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(plain(results), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Data as JSON has it; a number that is not finite becomes None."""
     if isinstance(value, dict):
-        return {str(key): _plain(v) for key, v in value.items()}
+        return {str(key): plain(v) for key, v in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if isinstance(value, (float, np.floating)):
         return float(value) if math.isfinite(value) else None
     return int(value) if isinstance(value, np.integer) else value
@@ -94,6 +98,29 @@ def replace(path: Path, text: str) -> None:
         stream.write(text.encode())
 
 
+def reserve(path: Path, size: int) -> None:
+    """Find out whether a file of this size [bytes] can be written, and leave none behind.
+
+    For libraries that end the process, or say nothing, where a disk is full.
+    """
+    try:
+        with path.open("wb") as stream:
+            os.posix_fallocate(stream.fileno(), 0, size)
+    finally:
+        path.unlink(missing_ok=True)
+
+
+def require_everywhere(comm: Any, folder: Path) -> None:
+    """Refuse a folder that is not the same on all ranks: MPI writes files from each. Collective."""
+    mine = folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
+    lacking = [rank for rank, has in enumerate(comm.allgather(mine)) if not has]
+    if lacking:
+        raise InputError(
+            f"'{folder.parent}' cannot be written to from rank {lacking[0]} of {comm.size}; give a folder that "
+            "all machines share, by its full path"
+        )
+
+
 def require_writable(folder: Path) -> None:
     """Refuse a folder that no file can be put into."""
     if not (folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)):
@@ -102,7 +129,7 @@ def require_writable(folder: Path) -> None:
 
 def on_root[T](comm: Any, path: Path, action: Callable[[], T]) -> T:
     """Do something on rank 0 and give its result, or its error, to all. Collective."""
-    result, fault = None, ""
+    result, fault, bug = None, "", None
     if comm.rank == 0:
         try:
             result = action()
@@ -110,7 +137,11 @@ def on_root[T](comm: Any, path: Path, action: Callable[[], T]) -> T:
             fault = str(error)
         except OSError as error:
             fault = f"'{path}': {error.strerror or error}; give another place"
-    result, fault = comm.bcast((result, fault), root=0)
+        except Exception as error:  # of ours; no rank is left waiting
+            bug = error
+    result, fault, why = comm.bcast((result, fault, "" if bug is None else repr(bug)), root=0)
     if fault:
         raise InputError(fault)
+    if why:
+        raise bug or RuntimeError(f"rank 0 failed: {why}")
     return result  # type: ignore[return-value]

@@ -2,24 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
+from lobefem.errors import InputError, SolveError
 
 # isort: split
 from mpi4py import MPI
 from petsc4py import PETSc
 
-__all__ = ["SYMMETRIC", "asymmetry", "num_negative", "options", "set_direct_solver"]
+__all__ = [
+    "COMPRESS",
+    "PREFIXES",
+    "SYMMETRIC",
+    "asymmetry",
+    "num_negative",
+    "options",
+    "set_direct_solver",
+    "user_options",
+]
+
+# of the solvers' options
+PREFIXES = (
+    "lobefem_inflate_", "lobefem_modes_", "lobefem_critical_", "lobefem_distort_", "lobefem_release_",
+    "lobefem_path_", "lobefem_inertia_",
+)  # fmt: skip
 
 # head room [%] for pivoting beyond MUMPS's estimate; null pivots are detected so that a rigid motion
-# which the supports leave free does not poison the step
-_MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_24": 1}
+# which the supports leave free does not poison the step; the last front is not ScaLAPACK's, which does
+# not tell the inertia
+_MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_24": 1, "mat_mumps_icntl_13": 1}
 
+
+# A large matrix's fronts are of low rank block by block: MUMPS compresses them to a relative 1e-10, which
+# halves the work of a factorisation at a million unknowns, and two or three steps of GMRES make up for it.
+# Below so many unknowns there is nothing to gain.
+COMPRESS = 300_000
+_COMPRESSED = {"mat_mumps_icntl_35": 2, "mat_mumps_cntl_7": 1e-10}
 
 # relative asymmetry below which a tangent counts as symmetric
 SYMMETRIC = 1e-12
@@ -39,18 +62,71 @@ def options(prefix: str, values: Mapping[str, Any]) -> Iterator[None]:
             database.delValue(name)
 
 
-def set_direct_solver(ksp: Any, symmetric: bool) -> None:
+@contextmanager
+def user_options(text: str) -> Iterator[Callable[[], list[str]]]:
+    """Put a user's options into PETSc's database for a while; what is given tells those nothing read.
+
+    Args:
+        text: as on a command line, "-lobefem_inflate_snes_monitor -lobefem_modes_eps_tol 1e-10".
+
+    Raises:
+        InputError: text that is no options, an option of a solver that there is not, or one that PETSc
+            refuses at once or when a solver reads it.
+        SolveError: PETSc fails without any.
+    """
+    _check_options(text)
+    database: Any = PETSc.Options()
+    before = database.getAll()
+    added: list[str] = []
+    try:
+        database.insertString(text)
+        added = sorted(set(database.getAll()) - set(before))
+        yield lambda: [name for name in added if not database.used(name)]
+    except PETSc.Error as error:
+        reason = str(error).splitlines()[-1].partition("] ")[2] or str(error)
+        if text:
+            raise InputError(f"--petsc: PETSc refuses {text!r} ({reason}); see its manual") from error
+        raise SolveError(f"PETSc failed ({reason}); try another mesh or pressure") from error
+    finally:
+        for name in added:
+            database.delValue(name)
+
+
+def _check_options(text: str) -> None:
+    after_name = False
+    for word in text.split():
+        is_name = word[0] == "-" and word[1:2].isalpha()
+        if not (is_name or after_name):
+            raise InputError(
+                f"--petsc: '{word}' is no option; write for example '-lobefem_inflate_snes_monitor'"
+            )
+        if is_name and word.startswith("-lobefem_") and not word[1:].startswith(PREFIXES):
+            known = ", ".join(f"-{prefix}" for prefix in PREFIXES)
+            raise InputError(f"--petsc: no solver takes '{word}'; theirs begin with {known}")
+        after_name = is_name
+
+
+def set_direct_solver(ksp: Any, symmetric: bool, compressed: bool = False) -> None:
     """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not.
 
-    MUMPS's options stay in PETSc's database under the solver's prefix: PETSc reads them whenever it makes
+    Options of the user's under the solver's prefix make it another solver.
+
+    MUMPS's options stay in PETSc's database under that prefix: PETSc reads them whenever it makes
     a factor's matrix, which is when there are operators, and again after `PC.reset`.
+
+    Args:
+        ksp: with its prefix.
+        symmetric: whether its matrices are.
+        compressed: factors of low rank block by block, and a few steps of GMRES with them.
     """
-    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.setType(PETSc.KSP.Type.GMRES if compressed else PETSc.KSP.Type.PREONLY)
+    if compressed:
+        ksp.setTolerances(rtol=1e-8, max_it=30)
     pc = ksp.getPC()
     pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
     pc.setFactorSolverType("mumps")
     database: Any = PETSc.Options(pc.getOptionsPrefix() or "")
-    for name, value in _MUMPS.items():
+    for name, value in (_MUMPS | _COMPRESSED if compressed else _MUMPS).items():
         if not database.hasName(name):  # the user's own
             database[name] = value
     pc.setFromOptions()
@@ -74,7 +150,7 @@ def num_negative(matrix: Any) -> int:
     pc.setOperators(matrix)
     pc.setType(PETSc.PC.Type.CHOLESKY)
     pc.setFactorSolverType("mumps")
-    with options("lobefem_inertia_", {**_MUMPS, "mat_mumps_icntl_13": 1}):
+    with options("lobefem_inertia_", _MUMPS):
         pc.setFromOptions()
         pc.setUp()
     negative = pc.getFactorMatrix().getInertia()[0]

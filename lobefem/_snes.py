@@ -6,11 +6,13 @@ import math
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from lobefem import _petsc
 from lobefem.balloon import Balloon
 
 # isort: split
+from mpi4py import MPI
 from petsc4py import PETSc
 
 __all__ = [
@@ -23,6 +25,10 @@ __all__ = [
     "keep_apart",
     "set_up",
 ]
+
+Array = npt.NDArray[np.float64]
+
+_KEPT = 0.3  # share of the residual that a step may leave for the tangent to be kept
 
 _WORDS = {
     "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
@@ -55,23 +61,67 @@ class EnergySearch:
         self.balloon = balloon
         self._base: float | None = None
         self._stiffness: Any = None
+        self._tangent_at: Array | None = None  # where SNES's matrix was assembled
+        self._norm = math.inf
+        self._known: tuple[Array, tuple[float, float]] | None = None  # the last energy, and where
 
-    def tangent(self, snes: Any, x: Any) -> Any:
-        """The balloon's tangent at x, from where a new line search starts. Collective."""
-        self._base = None
-        K = self.balloon.tangent(x, iteration=True)
-        follow_pattern(snes, self.balloon)
+    def assemble(self, x: Any, before: Any = None) -> Any:
+        """The tangent at x, which `tangent` need not assemble again there. Collective.
+
+        Args:
+            x: unknowns.
+            before: those before the last step, for the stress that it predicted.
+        """
+        K = self.balloon.tangent(x, iteration=True, before=before)
         self._stiffness = K.getDiagonal(self._stiffness)
+        self._tangent_at = self._place(x)
         return K
+
+    def tangent(self, snes: Any, x: Any, last: Any = None) -> None:
+        """Bring the tangent, from where a new line search starts, up to date at x. Collective.
+
+        It stays as it is, and so does its factorisation, as long as a step with it takes the residual
+        below `_KEPT` of what it was: about ten such steps cost as much as one with a new tangent. With a
+        predicted stress it is one of the last step, and new each time.
+
+        Args:
+            snes: that asks.
+            x: unknowns.
+            last: those before the last step, for the stress that it predicted; x is written there.
+        """
+        self._base = None
+        before, self._norm = self._norm, snes.getFunctionNorm()
+        begins = not snes.getIterationNumber()
+        if last is not None:
+            self.assemble(x, None if begins else last)
+            x.copy(last)
+        else:
+            # the barrier of film in contact is too steep for the tangent of another place
+            going_well = self.balloon.contact is None and self._norm < _KEPT * before
+            if (going_well and not begins) or self._same(self._tangent_at, x):
+                return
+            self.assemble(x)
+        follow_pattern(snes, self.balloon)
 
     def __call__(self, snes: Any, x: Any) -> float:
         """The objective at x. Collective."""
         if self._base is None:
             self.balloon.freeze_plates(x)
-        energy, size = self.balloon.energy(x)
+        # a line search starts where the last one ended
+        if self._known is None or not self._same(self._known[0], x):
+            self._known = self._place(x), self.balloon.energy(x)
+        energy, size = self._known[1]
         if self._base is None:
             self._base = energy
         return self._base if abs(energy - self._base) <= 1e-12 * size else energy
+
+    def _place(self, x: Any) -> Array:
+        return np.append(x.array_r, (self.balloon.pressure.value, self.balloon.prestress.value))
+
+    def _same(self, place: Array | None, x: Any) -> bool:
+        """Whether a place is x under the present loads. Collective."""
+        same = place is not None and np.array_equal(place, self._place(x))
+        return bool(self.balloon.comm.allreduce(same, op=MPI.LAND))
 
     def converged(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
         """Whether the residual is below the tolerance, or below what it can resolve. Collective.
@@ -156,7 +206,7 @@ def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = 
     if search.balloon.forms.has_energy and (symmetric or search.balloon.motion is not None):
         snes.setObjective(search)
     snes.setConvergenceTest(search.converged)
-    _petsc.set_direct_solver(snes.getKSP(), symmetric)
+    _petsc.set_direct_solver(snes.getKSP(), symmetric, search.balloon.map.size >= _petsc.COMPRESS)
     # petsc4py before 3.23 has no handle on the line search
     with _petsc.options(snes.getOptionsPrefix(), {"snes_linesearch_type": line_search}):
         snes.setFromOptions()
@@ -172,9 +222,12 @@ class Newton:
         max_iterations: of one solve.
         prefix: of PETSc's options.
         line_search: see `set_up`.
+        predicted: solve with the stress that the last step predicted (`WeakForms.predicted`), for
+            whole steps.
 
     Attributes:
         norm: of the last residual [N, N m].
+        symmetric: whether the tangent is.
     """
 
     def __init__(
@@ -185,19 +238,26 @@ class Newton:
         max_iterations: int,
         prefix: str,
         line_search: str = "bt",
+        predicted: bool = False,
     ) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
+        self._last = q.duplicate() if predicted else None
         search = EnergySearch(balloon)
-        symmetric = has_symmetric_load(balloon, q)
-        K = balloon.tangent(q, iteration=True)
+        self.symmetric = symmetric = has_symmetric_load(balloon, q)
+        K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
-        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x), K)
+        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x, self._last), K)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
         keep_apart(snes, balloon, self._r, symmetric or balloon.motion is not None)
+        if snes.getKSP().getPC().getType() == PETSc.PC.Type.GAMG:  # the user's choice
+            x = balloon.V.tabulate_dof_coordinates()
+            K.setNearNullSpace(
+                PETSc.NullSpace().create(vectors=balloon.map.rigid_motions(x), comm=balloon.comm)
+            )
 
     def solve(self, q: Any) -> tuple[int, int]:
         """Solve from q in place; returns SNES's converged reason and iterations. Collective."""
@@ -215,6 +275,8 @@ class Newton:
         """Free the PETSc objects and with them the references to the balloon."""
         self.snes.destroy()
         self._r.destroy()
+        if self._last is not None:
+            self._last.destroy()
 
 
 def free_share(balloon: Balloon, q: Any, step: Any) -> float:

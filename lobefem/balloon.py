@@ -24,6 +24,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._manifold import require_manifold
 from lobefem.contact import Contact, SelfContact
 from lobefem.errors import InputError
 from lobefem.films import Film
@@ -104,6 +105,7 @@ class Balloon(Glanceable):
         self.prestress = fem.Constant(self.mesh, 0.0)
         self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
         self.motion = plate_motion(surface, self.plates) if self.plates is not None else None
+        require_manifold(surface, self.motion is not None)
         self.plate_forces = self._plate_forces(sorted_parts.plate_load)
         self.free: Balloon | None = None
         self.map = constraint_map(self.V, surface, self.held, self.motion)
@@ -116,6 +118,28 @@ class Balloon(Glanceable):
         X = ufl.SpatialCoordinate(self.mesh)
         self.reference_volume = self.integrate(film_volume(X, self.frame) * self.forms.dx)
         self.reference_volume += self.motion.volume if self.motion else 0.0
+        if self.motion is not None and self.reference_volume <= 0:
+            raise InputError(
+                f"the surface encloses {self.reference_volume:.3g} m^3: its cells are turned inwards; reverse "
+                "the order of their corners"
+            )
+
+    def on(self, surface: Any) -> Balloon:
+        """The same film and parts on another surface. Collective.
+
+        Raises:
+            InputError: a frame or a load path that belong to this balloon's own surface.
+        """
+        if self.given_frame is not None or self.load_path is not None:
+            raise InputError("a film with a frame or a load path of its own stays on its surface")
+        return Balloon(
+            surface,
+            self.film,
+            self.parts,
+            prestressed=self.prestressed,
+            hoop_slack=self.hoop_slack,
+            quadrature_degree=self.quadrature_degree,
+        )
 
     def under(self, guide: Guide) -> Balloon:
         """This balloon led by a guide: another map, the same film, forms and matrices. Collective.

@@ -7,8 +7,9 @@ refinement, and which n is critical.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,12 +22,13 @@ from lobefem.cyclic import Sector, as_scipy, own_pairs
 from lobefem.errors import EigenError, InputError, LobefemError
 from lobefem.harmonics import kind_of
 from lobefem.pencil import held_pencil
+from lobefem.progress import said
 
 # isort: split
 from mpi4py import MPI
 
 __all__ = [
-    "HarmonicChart", "HeldPencil", "OneHarmonic", "harmonic_chart", "pressure_limit",
+    "HarmonicChart", "HeldPencil", "OneHarmonic", "Row", "harmonic_chart", "pressure_limit",
     "require_prestress", "sector_pencil", "solve_harmonics", "stable_below",
 ]  # fmt: skip
 
@@ -34,6 +36,7 @@ LINEAR = (0.0, 1e5)  # [Pa]; the second keeps the round-off of K_m's 1e9 N/m out
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
+Row = tuple[float, str, float]  # critical pressure [Pa], kind of the mode, residual
 
 
 @dataclass(frozen=True, repr=False)
@@ -96,6 +99,8 @@ def harmonic_chart(
     *,
     comm: Any = None,
     at: tuple[float, float] = LINEAR,
+    known: Mapping[int, Row] = MappingProxyType({}),
+    keep: Callable[[dict[int, Row]], None] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> HarmonicChart:
     """The critical pressure of each harmonic, dealt out to the ranks. Collective.
@@ -105,6 +110,8 @@ def harmonic_chart(
         harmonics: which; by default all that the mesh has, 0 to N/2.
         comm: the ranks that share the work (default: the whole balloon's, all of them for a sector).
         at: pressures of the two tangents that make the pencil [Pa].
+        known: rows of an earlier run, by harmonic, that are not to be found again.
+        keep: called on all ranks with the new rows, as soon as each rank has found one.
         progress: called with a line of text for each harmonic of this rank.
 
     Raises:
@@ -116,15 +123,23 @@ def harmonic_chart(
     chosen = tuple(sector.harmonics if harmonics is None else harmonics)
     if comm is None:
         comm = MPI.COMM_WORLD if balloon.surface.copies != 1 else balloon.comm
-    found = solve_harmonics(sector, chosen, 1, comm=comm, at=at, progress=progress)
-    kinds = tuple(
-        "" if one.vector is None else kind_of(sector.balloon, sector.displacement(one.vector, n), n)
-        for n, one in found.items()
-    )
-    pressures = tuple(one.pressures[0] for one in found.values())
-    residuals = tuple(one.residual for one in found.values())
+    rows = {n: row for n, row in known.items() if n in chosen}
+
+    def found(new: dict[int, OneHarmonic]) -> None:
+        kinds = {
+            n: "" if one.vector is None else kind_of(sector.balloon, sector.displacement(one.vector, n), n)
+            for n, one in new.items()
+        }
+        rows.update({n: (one.pressures[0], kinds[n], one.residual) for n, one in new.items()})
+        if keep is not None:
+            keep({n: rows[n] for n in new})
+
+    rest = tuple(n for n in chosen if n not in rows)
+    if rest or not chosen:
+        solve_harmonics(sector, rest, 1, comm=comm, at=at, each=found, progress=progress)
+    pressures, kinds, residuals = zip(*(rows[n] for n in chosen), strict=True)
     surface = balloon.surface
-    return HarmonicChart(tuple(found), pressures, kinds, residuals, surface.divisions, surface.num_lobes)
+    return HarmonicChart(chosen, pressures, kinds, residuals, surface.divisions, surface.num_lobes)
 
 
 def solve_harmonics(
@@ -134,6 +149,7 @@ def solve_harmonics(
     *,
     comm: Any,
     at: tuple[float, float] = LINEAR,
+    each: Callable[[dict[int, OneHarmonic]], None] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> dict[int, OneHarmonic]:
     """The lowest critical pressures of each harmonic, dealt out to the ranks. Collective over `comm`.
@@ -144,6 +160,7 @@ def solve_harmonics(
         count: how many of each.
         comm: the ranks.
         at: pressures of the two tangents that make the pencil [Pa].
+        each: called on all ranks with what they have found, one harmonic a rank.
         progress: called with a line of text for each harmonic of this rank.
 
     Raises:
@@ -155,24 +172,29 @@ def solve_harmonics(
     for n in harmonics:
         sector.check(n)
     pencil = sector_pencil(sector, at)
-    found: dict[int, OneHarmonic] = {}
-    fault: LobefemError | None = None
+    table: dict[int, OneHarmonic] = {}
     hint = None
-    try:
-        for n in harmonics[comm.rank :: comm.size]:
-            if progress is not None:
-                progress(f"critical pressure of harmonic {n}, to {max(harmonics)}")
-            found[n] = HeldPencil(sector, n, pencil).solve(count, hint)
-            # its neighbour's is not far
-            hint = found[n].pressures[0] if math.isfinite(found[n].pressures[0]) else None
-    except LobefemError as error:
-        fault = error
-    parts = comm.allgather((found, fault))
-    for _, failure in parts:
-        if failure is not None:
-            raise failure
-    table = {n: one for part, _ in parts for n, one in part.items()}
-    return {n: table[n] for n in harmonics}
+    for first in range(0, len(harmonics), comm.size):
+        found: dict[int, OneHarmonic] = {}
+        fault: LobefemError | None = None
+        try:
+            for n in harmonics[first + comm.rank : first + comm.rank + 1]:
+                if progress is not None:
+                    progress(said(f"critical pressure of harmonic {n}", first / len(harmonics)))
+                found[n] = HeldPencil(sector, n, pencil).solve(count, hint)
+                # its neighbour's is not far
+                hint = found[n].pressures[0] if math.isfinite(found[n].pressures[0]) else None
+        except LobefemError as error:
+            fault = error
+        parts = comm.allgather((found, fault))
+        for _, failure in parts:
+            if failure is not None:
+                raise failure
+        new = {n: one for part, _ in parts for n, one in part.items()}
+        table |= new
+        if each is not None:
+            each(new)
+    return table
 
 
 def sector_pencil(sector: Sector, at: tuple[float, float] = LINEAR) -> tuple[Any, Any, Any]:

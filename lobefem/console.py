@@ -7,11 +7,13 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
-__all__ = ["Ranks", "progress_line", "show", "show_findings", "show_profile", "stdout_to_stderr"]
+from lobefem.signals import Stop
+
+__all__ = ["Ranks", "show", "show_findings", "show_profile", "show_rows", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -31,6 +33,12 @@ class Ranks:
 
             if MPI.COMM_WORLD.size > 1:
                 self._comm = MPI.COMM_WORLD.Dup()
+        self.stop = Stop(self._comm)
+
+    @property
+    def comm(self) -> Any:
+        """A communicator of all ranks, None where there is one only."""
+        return self._comm
 
     @property
     def is_root(self) -> bool:
@@ -86,18 +94,6 @@ def stdout_to_stderr(wanted: bool) -> Iterator[None]:
         flush_all(None)
         os.dup2(kept, 1)
         os.close(kept)
-
-
-@contextmanager
-def progress_line(ranks: Ranks) -> Iterator[Callable[[str], None] | None]:
-    """A line on stderr that shows what goes on; None off rank 0 and off a terminal."""
-    if not (ranks.is_root and sys.stderr.isatty()):
-        yield None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("setting up", spinner="line") as status:
-        yield status.update
 
 
 def show(results: dict[str, Any]) -> None:
@@ -256,6 +252,20 @@ def show_profile(profile: dict[str, Any]) -> None:
             f"Floor, the numeric factorisations and triangular solves: {floor:.3f} s; the solve takes "
             f"{profile['solve'] / floor:.2f}, the whole {whole / floor:.2f} times as long."
         )
+
+
+def show_rows(rows: Sequence[Sequence[str]]) -> None:
+    """Print a sweep's table on stdout, its head first."""
+    from rich.console import Console
+
+    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 160, highlight=False)
+    used = [k for k, name in enumerate(rows[0]) if name != "reason" or any(row[k] for row in rows[1:])]
+    table = _table(*(rows[0][k].replace("_", " ") for k in used))
+    if used[-1] == len(rows[0]) - 1 and rows[0][-1] == "reason":
+        table.columns[-1].justify, table.columns[-1].no_wrap = "left", False
+    for row in rows[1:]:
+        table.add_row(*(row[k] for k in used))
+    console.print(table)
 
 
 def show_findings(findings: Sequence[Any]) -> None:

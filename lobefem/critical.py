@@ -142,6 +142,7 @@ def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> Cri
     eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
     eps.setTolerances(1e-10, 2000)
     _petsc.set_direct_solver(eps.getST().getKSP(), symmetric)
+    eps.setFromOptions()
     pairs = [p._replace(value=p0 - 1 / p.value) for p in distinct(run(eps, 1), M, 0.0) if p.value.real]
     eps.destroy()
     critical = sorted((p for p in pairs if p.value.real > 0 and abs(p.value.imag) < 1e-6 * p0), key=order)

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Design"]
 
+_MAX_BYTES = 50_000  # of a design file; whatever it holds is then read in seconds
 _SLACK = {"isotropic": 0.0, "fixed-wrinkles": 0.0, "tension-field": 1e-6}
 
 
@@ -178,7 +179,6 @@ class Design(Section):
         # isort: split
         from mpi4py import MPI
 
-        from lobefem.formfinding import find_form
         from lobefem.isotensoid import Isotensoid
         from lobefem.surface import cylinder, lobed_cylinder
 
@@ -201,6 +201,8 @@ class Design(Section):
             assert shape.radius is not None
             assert shape.length is not None
             assert shape.forming_pressure is not None
+            from lobefem.formfinding import find_form  # slow to import, and most lobes are not formed ones
+
             drawn = how | {"sector": False} if mesh.layout == "structured" else {"comm": how["comm"]}
             film = cylinder(shape.radius, shape.length, **drawn)
             form = find_form(film, shape.forming_pressure, Et=shape.forming_stiffness)
@@ -251,12 +253,16 @@ class Design(Section):
 def _read(path: Path) -> tuple[dict[str, Any] | None, str]:
     """The tables of a TOML file, or None and what is wrong with it."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8")), ""
+        with path.open("rb") as file:
+            content = file.read(_MAX_BYTES + 1)  # a device may have no end
+        if len(content) > _MAX_BYTES:
+            return None, f"{path} is no TOML (more than {_MAX_BYTES} bytes); see meshes/ for examples"
+        return tomllib.loads(content.decode()), ""
     except FileNotFoundError:
         return None, f"there is no design file {str(path)!r}; see meshes/ for examples"
     except OSError as error:
         return None, f"cannot read {str(path)!r} ({error.strerror}); give a TOML design file"
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # also an integer of thousands of digits
         reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "not such a text"
         return None, f"{path} is no TOML ({reason}); see meshes/ for examples"
 

@@ -16,7 +16,9 @@ from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.log import logger
+from lobefem.nested import coarser_balloon, interpolate
 from lobefem.profiling import timed
+from lobefem.progress import said
 
 __all__ = ["Equilibrium", "ideal_state", "inflate", "placed_state", "record", "require_whole"]
 
@@ -24,6 +26,7 @@ Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
 PREFIX = "lobefem_inflate_"
+_COARSE_RTOL = 1e-4  # of a start; another mesh's discretisation is off by more
 
 
 @dataclass(frozen=True, repr=False)
@@ -192,6 +195,8 @@ def inflate(
     rtol: float = 1e-8,
     max_iterations: int = 40,
     min_step: float = 1e-3,
+    on_step: Callable[[Equilibrium], None] | None = None,
+    nested: bool = False,
     progress: Progress | None = None,
 ) -> Equilibrium:
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
@@ -208,6 +213,10 @@ def inflate(
         rtol: norm of the residual over that of the pressure's nodal forces.
         max_iterations: Newton iterations of one solve.
         min_step: smallest pressure step, as a share of the whole.
+        on_step: called on all ranks with the equilibrium after each pressure step.
+        nested: without a start, look first for the equilibrium on meshes half as fine and start from there
+            (`lobefem.nested`), where that saves time. It leads to the same state, on a fine mesh several
+            times sooner; where it leads nowhere the reference shape is the start.
         progress: called with a line of text after each solve.
 
     Raises:
@@ -229,11 +238,60 @@ def inflate(
         )
     q = start.vector() if start is not None else _drawn_along(balloon)
     _check_start(balloon, q, start)
-    solver = Newton(balloon, q, rtol, max_iterations, PREFIX)
+    guess = None
+    if nested and start is None:
+        guess = _from_coarser(balloon, pressure, prestress, max_iterations, progress)
+    balloon.set_loads(pressure, prestress)
+    solver = Newton(balloon, q if guess is None else guess, rtol, max_iterations, PREFIX)
     try:
-        return _step(balloon, solver, q, start, pressure, prestress, min_step, progress)
+        if guess is not None:
+            reason, count = solver.solve(guess)
+            _tell(pressure, reason, count, solver.norm, progress)
+            if reason > 0:
+                state = record(balloon, guess, True, REASONS[reason], count, (pressure,))
+                if on_step is not None:
+                    on_step(state)
+                return state
+        return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress)
     finally:
         solver.destroy()
+
+
+def _from_coarser(
+    balloon: Balloon, pressure: float, prestress: float, max_iterations: int, progress: Progress | None
+) -> Any:
+    """Unknowns to start from, the equilibrium on a mesh half as fine; None where none was found."""
+    coarse = coarser_balloon(balloon)
+    if coarse is None:
+        return None
+    q = _from_coarser(coarse, pressure, prestress, max_iterations, progress)
+    if q is None:
+        q = _drawn_along(coarse)
+    coarse.set_loads(pressure, prestress)
+    solver = Newton(coarse, q, _COARSE_RTOL, max_iterations, PREFIX)
+    try:
+        reason, count = solver.solve(q)
+        _tell(pressure, reason, count, solver.norm, progress, coarse)
+    finally:
+        solver.destroy()
+    return interpolate(coarse, q, balloon) if reason > 0 else None
+
+
+def _tell(
+    pressure: float,
+    reason: int,
+    count: int,
+    norm: float,
+    progress: Progress | None,
+    coarse: Balloon | None = None,
+    share: float = 0.0,
+) -> None:
+    """Say how a solve ended, and what share of the work is done."""
+    on = " on {}x{}".format(*coarse.surface.divisions) if coarse is not None else ""
+    say = f"inflate {pressure:.6g} Pa{on}: {REASONS[reason]} after {count} iterations, |r| = {norm:.2e}"
+    logger.info(say)
+    if progress is not None:
+        progress(said(say, share))
 
 
 def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
@@ -273,6 +331,7 @@ def _step(
     end: float,
     prestress: float,
     min_step: float,
+    on_step: Callable[[Equilibrium], None] | None,
     progress: Progress | None,
 ) -> Equilibrium:
     """One step to the end, halved when it fails and doubled when it does not."""
@@ -285,14 +344,15 @@ def _step(
         balloon.set_loads(p, prestress)
         reason, count = solver.solve(q)
         iterations += count
-        say = f"inflate {p:.6g} Pa: {REASONS[reason]} after {count} iterations, |r| = {solver.norm:.2e}"
-        logger.info(say)
-        if progress is not None:
-            progress(say)
+        _tell(p, reason, count, solver.norm, progress, share=target if reason > 0 else share)
         if reason > 0:
             visited.append(p)
-            if target == 1.0:
-                return record(balloon, q, True, REASONS[reason], iterations, tuple(visited))
+            if target == 1.0 or on_step is not None:
+                state = record(balloon, q, True, REASONS[reason], iterations, tuple(visited))
+                if on_step is not None:
+                    on_step(state)
+                if target == 1.0:
+                    return state
             share, step = target, 2 * step
             q.copy(last)
             continue
@@ -300,14 +360,14 @@ def _step(
         step /= 2
         if step < min_step:
             balloon.set_loads(begin + share * (end - begin), prestress)
-            state = start
+            last_state = start
             if visited:
-                state = record(balloon, q, True, "last converged", iterations, tuple(visited))
+                last_state = record(balloon, q, True, "last converged", iterations, tuple(visited))
             raise ConvergenceError(
                 f"inflate stopped at {begin + share * (end - begin):.6g} Pa of {end:.6g} Pa "
                 f"({REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
                 "prestressed film, or a start that is not flat",
-                state=state,
+                state=last_state,
                 pressure=p,
                 residual=solver.norm,
                 reason=REASONS[reason],

@@ -33,16 +33,18 @@ critical pressure belongs to the mesh, as that of fixed wrinkles does from n = 7
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from lobefem.balloon import Balloon
-from lobefem.chart import LINEAR, HarmonicChart, harmonic_chart, pressure_limit
+from lobefem.chart import LINEAR, HarmonicChart, Row, harmonic_chart, pressure_limit
 from lobefem.critical import CriticalPressure, critical_pressure
 from lobefem.equilibrium import ideal_state
 from lobefem.errors import EigenError, InputError
 from lobefem.films import Film, Isotropic, TensionField, WrinkledField
+from lobefem.progress import part
 from lobefem.stability import Modes, check_request, find_modes
 
 __all__ = [
@@ -162,7 +164,13 @@ def one_sided_pressures(balloon: Balloon, *, harmonic: int | None = None) -> One
 
 
 def one_sided_charts(
-    balloon: Balloon, harmonics: Iterable[int] | None = None, *, comm: Any = None
+    balloon: Balloon,
+    harmonics: Iterable[int] | None = None,
+    *,
+    comm: Any = None,
+    known: Sequence[Mapping[int, Row]] = ({}, {}, {}),
+    keep: Callable[[int, dict[int, Row]], None] | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> tuple[HarmonicChart, HarmonicChart, HarmonicChart]:
     """The critical pressures of each harmonic of the wrinkled, the mean and the taut tangent.
 
@@ -170,6 +178,9 @@ def one_sided_charts(
         balloon: prestressed, of tension-field film without hoop slack; one sector will do.
         harmonics: as for `harmonic_chart`.
         comm: the ranks that share the work.
+        known: rows of an earlier run, as for `harmonic_chart`, of each tangent.
+        keep: called as for `harmonic_chart`, with the tangent's number, 0 to 2, first.
+        progress: called with a line of text for each harmonic of this rank.
 
     Raises:
         InputError: another film, hoop slack, no prestress, or no such harmonic.
@@ -179,8 +190,16 @@ def one_sided_charts(
     """
     chosen = None if harmonics is None else tuple(harmonics)
     wrinkled, mean, taut = (
-        harmonic_chart(_with(balloon, film), chosen, comm=comm, at=(1.0, LINEAR[1]))
-        for film in _films(balloon)
+        harmonic_chart(
+            _with(balloon, film),
+            chosen,
+            comm=comm,
+            at=(1.0, LINEAR[1]),
+            known=known[side],
+            keep=None if keep is None else partial(keep, side),
+            progress=part(progress, side / 3, (side + 1) / 3),
+        )
+        for side, film in enumerate(_films(balloon))
     )
     return wrinkled, mean, taut
 

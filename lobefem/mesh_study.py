@@ -25,6 +25,7 @@ from lobefem.continuum import continuum_pressure, unstable_from
 from lobefem.errors import InputError
 from lobefem.films import FILMS, Film, Isotropic, TensionField
 from lobefem.lobe import Lobe
+from lobefem.progress import part
 
 __all__ = ["DIVISIONS", "LOW", "PUBLISHED", "Continuum", "MeshStudy", "Trend", "mesh_study", "trend"]
 
@@ -126,6 +127,8 @@ def mesh_study(
     harmonics: Iterable[int] = LOW,
     published: float | None = None,
     comm: Any = None,
+    known: Sequence[HarmonicChart] = (),
+    keep: Callable[[HarmonicChart], None] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> MeshStudy:
     """Critical pressures on a sequence of meshes, whether they converge, and what that means.
@@ -138,6 +141,8 @@ def mesh_study(
         published: a critical pressure from elsewhere [Pa] to place on the curve; by default the paper's
             for film with fixed wrinkles and one lobe or four.
         comm: the ranks that share the harmonics, as for `harmonic_chart`.
+        known: charts of an earlier run, of meshes that are not to be looked at again.
+        keep: called on all ranks with each new chart.
         progress: called with a line of text before each mesh.
 
     Raises:
@@ -155,12 +160,20 @@ def mesh_study(
             "give lower harmonics or finer meshes"
         )
     charts: list[HarmonicChart] = []
-    for along, around in meshes:
-        if progress is not None:
-            progress(f"mesh study: {along} x {around} divisions")
-        balloon = make_balloon((along, around))
+    done = {chart.divisions: chart for chart in known}
+    work = np.cumsum([0.0, *(along * around for along, around in meshes)])
+    for k, mesh in enumerate(meshes):
+        if mesh in done and mesh != meshes[-1]:
+            charts.append(done[mesh])
+            continue
+        on_mesh = part(progress, work[k] / work[-1], work[k + 1] / work[-1])
+        if on_mesh is not None:
+            on_mesh(f"mesh study: {mesh[0]} x {mesh[1]} divisions")
+        balloon = make_balloon(mesh)
         _check_balloon(balloon)
-        charts.append(harmonic_chart(balloon, comm=comm))
+        charts.append(done.get(mesh) or harmonic_chart(balloon, comm=comm, progress=on_mesh))
+        if keep is not None and mesh not in done:
+            keep(charts[-1])
     film, lobes = balloon.film, balloon.surface.num_lobes
     law = next(name for name, kind in FILMS.items() if isinstance(film, kind))
     if published is None and law == "fixed-wrinkles":

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
 __all__ = [
+    "DESIGN",
     "KEYS",
     "NAMES",
+    "OUTPUT",
     "AtPressure",
     "Bend",
     "Cell",
@@ -41,18 +46,25 @@ __all__ = [
     "Pressures",
     "Prestress",
     "Profile",
+    "Quiet",
     "Release",
+    "Report",
     "Resume",
     "RunDir",
     "Slack",
     "State",
     "Steps",
     "Support",
+    "SweepFile",
+    "SweepFolder",
     "TipDisplacement",
     "Twist",
+    "Verbose",
     "Wave",
     "What",
     "Width",
+    "Workers",
+    "sharing",
 ]
 
 # which key of the design an option overrides
@@ -77,9 +89,26 @@ def _option(name: str, metavar: str, help: str, panel: str = "The design, overri
     return typer.Option(name, metavar=metavar, help=help, show_default=False, rich_help_panel=panel)
 
 
+def _design_files(incomplete: str) -> list[str]:
+    """What can go on from some first letters to a design file; a lone folder gives what is in it."""
+    folder = Path(incomplete) if incomplete.endswith("/") or not incomplete else Path(incomplete).parent
+    try:
+        found = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+    except OSError:
+        return []
+    names = [f"{path}/" if path.is_dir() else str(path) for path in found]
+    fitting = [n for n in names if n.endswith(("/", ".toml")) and n.startswith(incomplete)]
+    if len(fitting) == 1 and fitting[0].endswith("/"):
+        return _design_files(fitting[0])
+    return fitting
+
+
 _RUN, _OUTPUT, _PICTURE = "The run", "Output", "The picture"
 Text = str | None
-DesignFile = Annotated[Path, typer.Argument(metavar="DESIGN.toml", help="Design file, see meshes/.")]
+DesignFile = Annotated[
+    Path,
+    typer.Argument(metavar="DESIGN.toml", help="Design file, see meshes/.", autocompletion=_design_files),
+]
 FilmLaw = Annotated[Text, _option("--film", "LAW", "isotropic, fixed-wrinkles or tension-field.")]
 Load = Annotated[Text, _option("--load", "LOAD", "film: gas on the film only; closed: on the plates too.")]
 Support = Annotated[
@@ -145,7 +174,7 @@ Steps = Annotated[str, _option("--steps", "K", "Increments of the ramp, 20 by de
 Damping = Annotated[str, _option("--damping", "C", "Of the release, 1 by default; try 0.1.", _RUN)]
 Resume = Annotated[
     bool,
-    typer.Option("--resume", help="Go on with the run in --out.", rich_help_panel=_OUTPUT),
+    typer.Option("--resume", help="Go on with the run in --out, if it was stopped.", rich_help_panel=_OUTPUT),
 ]
 Limit = Annotated[
     Text, _option("--limit", "P", "Where a search along inflated states ends, 20 kPa by default.", _RUN)
@@ -162,6 +191,10 @@ Profile = Annotated[
     bool,
     typer.Option("--profile", help="Say where the time went, stage by stage.", rich_help_panel=_OUTPUT),
 ]
+Report = Annotated[
+    bool,
+    typer.Option("--report", help="Write report.html into --out.", rich_help_panel=_OUTPUT),
+]
 RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, what --out has made.")]
 What = Annotated[str, _option("--what", "WHAT", "modes, stress, state, curves or release.", _PICTURE)]
 PictureFile = Annotated[Path | None, _option("--to", "FILE", "The picture; default: DIR/WHAT.png.", _PICTURE)]
@@ -174,4 +207,69 @@ Overwrite = Annotated[
     bool,
     typer.Option("--overwrite", help="Replace a run in --out.", rich_help_panel=_OUTPUT),
 ]
+SweepFile = Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What to vary, see demos/lobes.toml.")]
+SweepFolder = Annotated[Path, _option("--out", "DIR", "Folder for the table and the points.", _OUTPUT)]
+Workers = Annotated[Text, _option("--workers", "N", "Points at a time, one a core by default.", _RUN)]
 Json = Annotated[Text, _option("--json", "FILE", "Results as JSON, - for standard output.", _OUTPUT)]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", help="Say nothing but warnings and errors.", rich_help_panel=_OUTPUT),
+]
+Verbose = Annotated[
+    bool,
+    typer.Option("--verbose", "-v", help="Say what every step did.", rich_help_panel=_OUTPUT),
+]
+
+Group = dict[str, tuple[Any, Any]]  # by parameter: its annotation and its default
+DESIGN: Group = {
+    "film": (FilmLaw, None),
+    "load": (Load, None),
+    "support": (Support, None),
+    "slack_stiffness": (Slack, None),
+    "divisions": (Divisions, None),
+    "cell": (Cell, None),
+    "order": (Order, None),
+    "lobes": (Lobes, None),
+    "edge_radius": (EdgeRadius, None),
+}
+OUTPUT: Group = {
+    "profile": (Profile, False),
+    "out": (Out, None),
+    "overwrite": (Overwrite, False),
+    "resume": (Resume, False),
+    "report": (Report, False),
+    "json": (Json, None),
+    "quiet": (Quiet, False),
+    "verbose": (Verbose, False),
+}
+
+
+def sharing(first: Group, last: Group) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Give a command the options that many share; it finds their values in its context's `params`.
+
+    Args:
+        first: those between its design file and its own options.
+        last: those after its own options.
+    """
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        hints = get_type_hints(command, include_extras=True)
+        own = inspect.signature(command).parameters
+
+        @wraps(command)
+        def shared(**given: Any) -> Any:
+            return command(**{name: given[name] for name in own})
+
+        def parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
+            return inspect.Parameter(
+                name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
+            )
+
+        mine = [parameter(name, hints[name], one.default) for name, one in own.items()]
+        before, after = ([parameter(name, *one) for name, one in group.items()] for group in (first, last))
+        parameters = [*mine[:2], *before, *mine[2:], *after]
+        shared.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+        shared.__annotations__ = {one.name: one.annotation for one in parameters}
+        return shared
+
+    return decorate

@@ -146,7 +146,12 @@ def perturb(
             "start afresh without --resume"
         )
     original = inflate(balloon, pressure, progress=progress)
-    log = _Log(original, study, notes, keep)
+    try:
+        log = _Log(original, study, notes, keep)
+    except (TypeError, KeyError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"the notes of the run to go on with are damaged ({error}); start afresh without --resume"
+        ) from None
     imposed: Equilibrium | None = None
     start: Any = resume
     if notes.get("phase") != "release":
@@ -181,7 +186,7 @@ class _Log:
         self.history = [Point(**(p | {"ledger": Ledger(**p["ledger"])})) for p in notes.get("history", ())]
         self.records = [_record(r) for r in notes.get("records", ())]
         self.parameter = float(notes.get("parameter", 0.0))
-        self._base = self.history[-1].ledger.constraint if self.history else 0.0
+        self._base = self.history[-1].ledger if self.history else Ledger()
         self._plates: tuple[Array, Array] | None = None
         self._seen = len(self.records)
 
@@ -224,7 +229,8 @@ class _Log:
             strain=strain,
             contact=contact.energy if contact is not None else 0.0,
             pressure=(last.ledger.pressure if last is not None else 0.0) + gas,
-            constraint=self._base + increment.work,
+            constraint=self._base.constraint + increment.work,
+            damping=self._base.damping + increment.damping,
         )
         self.parameter, self._plates = increment.parameter, plates
         self.history.append(

@@ -21,6 +21,7 @@ from lobefem.errors import ConvergenceError, InputError
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.log import logger
 from lobefem.measures import largest, nodal_areas
+from lobefem.progress import said
 from lobefem.stability import Mode, Modes, find_modes
 
 # isort: split
@@ -139,6 +140,7 @@ def release(
     settled: float = 1e-6,
     max_steps: int = 1000,
     end_time: float | None = None,
+    fade: float | None = None,
     ledger: Ledger | None = None,
     history: Sequence[Record] = (),
     count: int = 4,
@@ -163,6 +165,9 @@ def release(
         settled: residual, over the norm of the pressure's nodal forces, at which the motion ends.
         max_steps: of the motion.
         end_time: the motion's end [s]; by default when it has settled.
+        fade: time in which the forces that held the start die away [s], as Abaqus turns a boundary
+            condition that is removed in a static step into its force, and that linearly to zero. By
+            default they are gone at once.
         ledger: of the imposed distortion, to go on from.
         history: records of the run to go on with.
         count: modes to compute.
@@ -170,13 +175,16 @@ def release(
         progress: called with a line of text now and then.
 
     Raises:
-        InputError: a number out of its range, or a start without pressure.
+        InputError: a number out of its range, a start without pressure, or a run to go on with whose
+            forces fade.
         EigenError: the modes could not be computed.
 
     Collective.
     """
     balloon = start.balloon
-    _check(start, damping, tolerance, settled, max_steps, end_time)
+    _check(start, damping, tolerance, settled, max_steps, end_time, fade)
+    if fade is not None and history:
+        raise InputError("a release whose forces fade cannot be resumed; start it afresh")
     say = progress or (lambda text: None)
     if undistorted is None:
         undistorted = inflate(balloon, start.pressure, prestress=start.prestress)
@@ -184,11 +192,17 @@ def release(
     balloon.set_loads(start.pressure, start.prestress)
     q = start.vector()
 
+    first = share = 0.0
+
     def report(record: Record, unknowns: Array) -> None:
-        say(
+        nonlocal first, share
+        first = first or record.relative_residual
+        share = max(share, _way(first, record.relative_residual, settled))
+        text = (
             f"release {record.time:.3g} s, step {record.number}: |r| = {record.relative_residual:.1e} of the "
             f"load, V = {record.volume:.6g} m^3"
         )
+        say(said(text, share))
         if on_step is not None:
             on_step(record, Moment(balloon, start.pressure, start.prestress, unknowns))
 
@@ -200,6 +214,7 @@ def release(
         tolerance=tolerance * size,
         settled=settled,
         ledger=ledger or Ledger(),
+        fade=fade,
         on_step=report,
     )
     try:
@@ -237,12 +252,24 @@ def release(
     )
 
 
+def _way(first: float, now: float, settled: float) -> float:
+    """Share of the way from the first residual to rest, for forces that fade exponentially."""
+    if not 0 < settled < first:
+        return 0.0
+    return math.log(first / max(now, settled)) / math.log(first / settled)
+
+
 def _check(
-    start: Start, damping: float, tolerance: float, settled: float, max_steps: int, end_time: float | None
+    start: Start,
+    damping: float,
+    tolerance: float,
+    settled: float,
+    max_steps: int,
+    end_time: float | None,
+    fade: float | None,
 ) -> None:
     numbers = {"damping": damping, "tolerance": tolerance, "settled": settled, "max_steps": max_steps}
-    if end_time is not None:
-        numbers["end_time"] = end_time
+    numbers |= {k: v for k, v in {"end_time": end_time, "fade": fade}.items() if v is not None}
     for name, value in numbers.items():
         if not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value} must be a positive number")

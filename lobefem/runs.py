@@ -130,13 +130,14 @@ def load_run(folder: str | Path) -> Run:
     if find_runs(path) != [path]:
         raise InputError(f"'{path}' holds no run; give a folder that a command's --out has made")
     faults: list[str] = []
-    text = _text(path / "design.toml", faults)
+    results = _results(path, faults)
+    several = results.get("command") == "sweep"  # which has no design of its own
+    text = _text(path / "design.toml", [] if several else faults)
     design: dict[str, Any] = {}
     try:
         design = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError):
         faults.append("design.toml is no TOML, so the design is not shown")
-    results = _results(path, faults)
     try:
         x, kind, cells, steps = _fields(path)
     except (OSError, KeyError, ValueError, TypeError, RuntimeError, ElementTree.ParseError) as error:
@@ -162,7 +163,7 @@ def _text(path: Path, faults: list[str]) -> str:
 
 def _results(path: Path, faults: list[str]) -> dict[str, Any]:
     if not (path / "results.json").is_file():
-        faults.append("there is no results.json: this run has not come to its end")
+        faults.append("No results.json: this run has not come to its end")
         return {}
     try:
         found = json.loads(_text(path / "results.json", faults))

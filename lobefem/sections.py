@@ -22,6 +22,7 @@ _PAPER_RADIUS = 2.0  # [m]
 _PAPER_LENGTH = 4.2  # of the cylinder [m]
 _LOBE_HEIGHT = 2.094950553365567  # of the paper's lobe over its edge radius
 _FORMING_PRESSURE = 37.5  # [Pa]
+_MOST_DIGITS = 9  # of integers as text; Python refuses to read thousands of them
 _SIZES = {
     "isotensoid": ("edge_radius", "R0", "truncation"),
     "cylinder": ("radius", "length"),
@@ -67,7 +68,7 @@ def _integer(least: int, most: int | None = None) -> BeforeValidator:
     span = f"{least} or {most}" if most else f"an integer, {least} or more"
 
     def check(value: Any) -> int:
-        text = isinstance(value, str) and value.strip().isdecimal()
+        text = isinstance(value, str) and value.strip().isdecimal() and len(value) <= _MOST_DIGITS
         number = int(value) if text else value
         whole = isinstance(number, int) and not isinstance(number, bool)
         if not whole or number < least or (most is not None and number > most):
@@ -80,7 +81,8 @@ def _integer(least: int, most: int | None = None) -> BeforeValidator:
 def _divisions(value: Any) -> tuple[int, int]:
     pair: Any = value
     if isinstance(value, str):
-        pair = [int(n) if n.strip().isdecimal() else n for n in value.lower().split("x")]
+        ends = value.lower().split("x")
+        pair = [int(n) if n.strip().isdecimal() and len(n) <= _MOST_DIGITS else n for n in ends]
     whole = isinstance(pair, (list, tuple)) and all(type(n) is int and n > 0 for n in pair)
     if not whole or len(pair) != 2:
         raise ValueError(

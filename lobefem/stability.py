@@ -180,15 +180,16 @@ def find_modes(
     K, B = balloon.tangent(q), balloon.mass(q, mass)
     skew = _petsc.asymmetry(K)
     symmetric = skew < _petsc.SYMMETRIC
-    shift, negative = _shift_below(balloon, K, B, symmetric)
     wanted = min(count + 2, K.getSize()[0])
     eps = solver(K, B, wanted, symmetric, PREFIX)
-    eps.setTarget(shift)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    eps.setPurify(False)  # `run` does it anyway
     eps.setTolerances(tolerance, 500)
     st = eps.getST()
     st.setType(SLEPc.ST.Type.SINVERT)
     _petsc.set_direct_solver(st.getKSP(), symmetric)
+    eps.setFromOptions()
+    shift = _shift_below(balloon, eps, K, B, symmetric)
 
     def curvature(v: Any, u: Any) -> float:
         return balloon.second_variation(q, v, u)
@@ -196,20 +197,27 @@ def find_modes(
     transposed = None if symmetric else st.getKSP().solveTranspose
     pairs: list[Pair] = []
     for seed in (1, 2, 3):
+        st.setShift(shift)
         pairs = distinct([*pairs, *run(eps, wanted, seed)], B, shift)
         pairs = refine(pairs, B, curvature, transposed)
         found = with_conjugates(pairs)
         # a complex pair that straddles the end is kept whole
         chosen = found[: count + (found[count - 1].value.imag > 0)]
         modes = tuple(make_mode(balloon, q, p, residual(p, K, B, shift)) for p in chosen)
-        if _complete(K, B, found, count, shift) if symmetric else _paired(state, found, modes, shift):
+        proved = _proved(eps, found, count, shift) if symmetric else None
+        if proved if symmetric else _paired(state, found, modes, shift):
             break
     else:
         raise EigenError(f"SLEPc missed copies of the lowest {count} modes; try another count")
+    negative = None
+    if symmetric:  # where not all of them are below what was proved, they are counted
+        negative = sum(pair.value.real < 0 for pair in found[:proved])
+        if not proved or negative == proved:
+            negative = _num_below(eps, 0.0)
     eps.destroy()
     B.destroy()
     logger.info("modes at %g Pa: lowest %s", state.pressure, modes[0].value)
-    return Modes(state, mass, symmetric, skew, negative if symmetric else None, modes)
+    return Modes(state, mass, symmetric, skew, negative, modes)
 
 
 def check_request(balloon: Balloon, count: int, mass: str = "unit") -> None:
@@ -229,24 +237,49 @@ def _symmetric_part(K: Any, symmetric: bool) -> Any:
     return transposed
 
 
-def _shift_below(balloon: Balloon, K: Any, B: Any, symmetric: bool) -> tuple[float, int]:
-    """A shift below every eigenvalue's real part, and the number of negative ones.
+def _shift_below(balloon: Balloon, eps: Any, K: Any, B: Any, symmetric: bool) -> float:
+    """A shift below every eigenvalue's real part, by inertia of K's symmetric part; `eps` has it then.
 
-    Both by inertia of K's symmetric part.
+    Where K is symmetric the factorisation that proves it is the one that the solver inverts with.
     """
-    S = _symmetric_part(K, symmetric)
     shift = -_scale(balloon)
-    negative = below = _petsc.num_negative(S)
-    while below and shift > -1e15:
-        shifted = S.copy()
-        shifted.axpy(-shift, B)
-        below = _petsc.num_negative(shifted)
-        shifted.destroy()
-        if below:
-            shift *= 8
+    S = _symmetric_part(K, symmetric)
+    while True:
+        eps.setTarget(shift)
+        if symmetric:
+            below = _num_below(eps, shift)
+        else:
+            shifted = S.copy()
+            shifted.axpy(-shift, B)
+            below = _petsc.num_negative(shifted)
+            shifted.destroy()
+        if not below or shift <= -1e15:
+            break
+        shift *= 8
     if S is not K:
         S.destroy()
-    return shift, negative
+    return shift
+
+
+def _num_below(eps: Any, value: float) -> int:
+    """Number of eigenvalues below a value, by the inertia of a solver's own factorisation there. Collective.
+
+    Where the user has chosen an iterative solver, a factorisation of its own tells.
+    """
+    st = eps.getST()
+    if st.getKSP().getPC().getType() != PETSc.PC.Type.CHOLESKY:
+        K, B = eps.getOperators()
+        shifted = K.copy()
+        shifted.axpy(-value, B)
+        below = _petsc.num_negative(shifted)
+        shifted.destroy()
+        return below
+    st.setShift(value)
+    eps.setUp()  # which gives it its matrices, the first time
+    st.setUp()
+    ksp = st.getKSP()
+    ksp.setUp()
+    return int(ksp.getPC().getFactorMatrix().getInertia()[0])
 
 
 def _scale(balloon: Balloon) -> float:
@@ -297,17 +330,17 @@ def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[in
     return Modes(state, mass, skew < _petsc.SYMMETRIC, skew, None, tuple(modes[:end]))
 
 
-def _complete(K: Any, B: Any, pairs: list[Pair], count: int, shift: float) -> bool:
-    """Whether the number of pairs below a gap past the wanted ones is the inertia there."""
+def _proved(eps: Any, pairs: list[Pair], count: int, shift: float) -> int | None:
+    """How many of the lowest pairs are all that there are below a gap past the wanted ones, by inertia.
+
+    None where copies are missing, 0 where no gap is among the pairs. The solver's shift stays as it was.
+    """
     values = [pair.value.real for pair in pairs]
     for k in range(count, len(values)):
         if values[k] - values[k - 1] > 1e-6 * abs(values[k] - shift):
-            S = K.copy()
-            S.axpy(-(values[k] + values[k - 1]) / 2, B)
-            proved = _petsc.num_negative(S)
-            S.destroy()
-            return proved == k
-    return True
+            below = _num_below(eps, (values[k] + values[k - 1]) / 2)
+            return k if below == k else None
+    return 0
 
 
 def _paired(state: Equilibrium, pairs: list[Pair], modes: tuple[Mode, ...], shift: float) -> bool:

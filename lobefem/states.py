@@ -5,12 +5,13 @@ A state is kept as NumPy arrays in the mesh's input order. Files are data: nothi
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,11 +19,24 @@ import numpy.typing as npt
 from lobefem import _dolfinx
 from lobefem._files import on_root, replacing
 from lobefem.balloon import Balloon
+from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 
-__all__ = ["Checkpoint", "Keepable", "load_state", "save_state"]
+# isort: split
+from dolfinx import fem
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
+
+__all__ = ["Checkpoint", "Keepable", "load_modes", "load_state", "save_modes", "save_state"]
 
 Array = npt.NDArray[np.float64]
+_FIELD = "field:"
+_ARRAYS = ("position", "displacement", "plate_parameters", "pressure", "prestress")
+_MOST_NOTES = 10**8  # bytes
+_OWN = ("balloon", "pressure", "prestress", "unknowns", "displacement")
+_MEASURED = tuple(f.name for f in dataclasses.fields(Equilibrium) if f.name not in _OWN)
+_MODE = ("residual", "harmonic", "harmonics", "kind")
 
 
 class Keepable(Protocol):
@@ -57,6 +71,7 @@ class Checkpoint:
         pressure, prestress: as in `Equilibrium` [Pa].
         unknowns: this rank's part of q.
         notes: what was kept with it.
+        fields: other nodal fields that were, by name: this rank's values, ghosts included (nodes, 3).
     """
 
     balloon: Balloon = field(repr=False)
@@ -64,6 +79,7 @@ class Checkpoint:
     prestress: float
     unknowns: Array = field(repr=False)
     notes: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    fields: Mapping[str, Array] = field(default_factory=dict, repr=False)
 
     def vector(self) -> Any:
         """The unknowns q as a PETSc vector. Collective."""
@@ -72,13 +88,19 @@ class Checkpoint:
         return q
 
 
-def save_state(path: str | Path, state: Keepable, notes: Mapping[str, Any] | None = None) -> None:
+def save_state(
+    path: str | Path,
+    state: Keepable,
+    notes: Mapping[str, Any] | None = None,
+    fields: Mapping[str, Array] | None = None,
+) -> None:
     """Keep a state, complete or not at all. Collective.
 
     Args:
         path: of the file.
         state: of a balloon without temporary constraints.
         notes: plain data to keep with it.
+        fields: nodal fields to keep with it, each as `displacement` is (nodes, 3).
 
     Raises:
         InputError: the file system refuses.
@@ -87,21 +109,22 @@ def save_state(path: str | Path, state: Keepable, notes: Mapping[str, Any] | Non
     owned = balloon.V.dofmap.index_map.size_local
     x = balloon.V.tabulate_dof_coordinates()[:owned]
     parameters = balloon.map.parameters(state.vector())
-    parts = comm.gather((_input_order(balloon), x, state.displacement[:owned]), root=0)
+    nodal = {"position": x, "displacement": state.displacement[:owned]}
+    nodal |= {_FIELD + name: values[:owned] for name, values in (fields or {}).items()}
+    parts = comm.gather((_input_order(balloon), nodal), root=0)
 
     def write() -> None:
-        order = np.concatenate([part[0] for part in parts])
-        position, displacement = np.empty((len(order), 3)), np.empty((len(order), 3))
-        position[order] = np.concatenate([part[1] for part in parts])
-        displacement[order] = np.concatenate([part[2] for part in parts])
+        order = np.concatenate([numbers for numbers, _ in parts])
+        whole = {name: np.empty((len(order), 3)) for name in nodal}
+        for name, values in whole.items():
+            values[order] = np.concatenate([part[name] for _, part in parts])
         with replacing(Path(path)) as stream:
             np.savez(
                 stream,
-                position=position,
-                displacement=displacement,
+                **whole,  # type: ignore[arg-type]
                 plate_parameters=parameters,
-                pressure=state.pressure,
-                prestress=state.prestress,
+                pressure=float(state.pressure),
+                prestress=float(state.prestress),
                 notes=np.array(json.dumps(notes or {})),
             )
 
@@ -114,31 +137,136 @@ def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
     Raises:
         InputError: no such file, not a state, or of another mesh or support.
     """
-
-    def read() -> dict[str, Array]:
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                return {name: file[name] for name in file.files}
-        except (ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise InputError(f"'{path}' holds no state ({error}); give a run's state.npz") from None
-
-    data = on_root(balloon.comm, Path(path), read)
+    count = balloon.V.dofmap.index_map.size_global
+    data, notes = on_root(balloon.comm, Path(path), lambda: _read(Path(path), count))
     order = _input_order(balloon)
     x = balloon.V.tabulate_dof_coordinates()[: len(order)]
-    position, count = data.get("position"), balloon.V.dofmap.index_map.size_global
+    position, parameters = data["position"], data["plate_parameters"]
     same = (
-        position is not None
-        and position.shape == (count, 3)
-        and data["plate_parameters"].shape == (balloon.map.num_parameters,)
+        position.shape == (count, 3)
+        and parameters.shape == (balloon.map.num_parameters,)
         and bool(np.allclose(position[order], x, rtol=0, atol=1e-9 * np.ptp(position)))
     )
     if not balloon.comm.allreduce(int(same)) == balloon.comm.size:
         raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
     free = data["displacement"][order].ravel()[balloon.map.free]
     extra = balloon.map.local_size - len(free)  # the last rank holds the plates' parameters
-    unknowns = np.concatenate([free, data["plate_parameters"][:extra]])
-    notes = json.loads(str(data["notes"])) if "notes" in data else {}
-    return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns, notes)
+    unknowns = np.concatenate([free, parameters[:extra]])
+    fields = {
+        name.removeprefix(_FIELD): _with_ghosts(balloon, values[order])
+        for name, values in data.items()
+        if name.startswith(_FIELD)
+    }
+    return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns, notes, fields)
+
+
+def _read(path: Path, count: int) -> tuple[dict[str, Array], dict[str, Any]]:
+    """Arrays and notes of a state's file; whatever else it holds is refused, and not read."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(part.file_size for part in archive.infolist())
+            fields = len(archive.infolist())
+        if size > _MOST_NOTES + 24 * count * fields:
+            raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
+        with np.load(path, allow_pickle=False) as file:
+            text = str(file["notes"]) if "notes" in file.files else "{}"
+            data = {name: file[name] for name in file.files if name != "notes"}
+        notes = json.loads(text)
+        numbers = [data[name] for name in _ARRAYS]
+    except (OSError, InputError):
+        raise
+    except Exception as error:  # NumPy's and zipfile's are of many kinds
+        raise InputError(f"'{path}' holds no state ({str(error)[:200]}); give a run's state.npz") from None
+    if not isinstance(notes, dict) or not all(_sound(array) for array in data.values()):
+        raise InputError(f"'{path}' holds no state (not all is numbers); give a run's state.npz")
+    pressure, prestress = numbers[-2:]
+    shapes = {values.shape for name, values in data.items() if name.startswith(_FIELD)}
+    if pressure.shape or prestress.shape or shapes | {data["displacement"].shape} != {data["position"].shape}:
+        raise InputError(f"'{path}' holds no state (arrays of other shapes); give a run's state.npz")
+    return data, notes
+
+
+def _sound(array: Array) -> bool:
+    return array.dtype == np.float64 and bool(np.isfinite(array).all())
+
+
+def _with_ghosts(balloon: Balloon, owned: Array) -> Array:
+    """Values of this rank's own nodes (n, 3), and of its ghosts from their owners. Collective."""
+    function = fem.Function(balloon.V)
+    function.x.array[: owned.size] = owned.ravel()
+    function.x.scatter_forward()
+    return function.x.array.reshape(-1, 3).copy()
+
+
+def save_modes(path: str | Path, state: Equilibrium, modes: Sequence[Mode], notes: Mapping[str, Any]) -> None:
+    """Keep a state with modes, complete or not at all. Collective.
+
+    Args:
+        path: of the file.
+        state: of a balloon without temporary constraints.
+        modes: of it, or of the same balloon with another tangent.
+        notes: plain data to keep with them.
+
+    Raises:
+        InputError: the file system refuses.
+    """
+    fields: dict[str, Array] = {}
+    for k, mode in enumerate(modes):
+        fields[f"real:{k}"], fields[f"imag:{k}"] = mode.displacement, mode.displacement_imag
+    scalars = [
+        {"value": [mode.value.real, mode.value.imag]} | {name: getattr(mode, name) for name in _MODE}
+        for mode in modes
+    ]
+    measured = {name: getattr(state, name) for name in _MEASURED}
+    save_state(path, state, {"modes": scalars, "state": measured, "notes": dict(notes)}, fields)
+
+
+def load_modes(path: str | Path, balloon: Balloon) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
+    """What `save_modes` was given, for a balloon of the same design, on any number of ranks. Collective.
+
+    Raises:
+        InputError: no such file, no modes, or of another mesh or support.
+    """
+    kept = load_state(path, balloon)
+    notes = kept.notes
+    if not {"modes", "state", "notes"} <= set(notes):
+        raise InputError(f"'{path}' holds no modes; start afresh with --overwrite")
+    balloon.set_loads(kept.pressure, kept.prestress)
+    balloon.place(kept.vector())
+    try:
+        return _rebuilt(balloon, kept)
+    except (TypeError, KeyError, ValueError, AttributeError) as error:
+        raise InputError(f"'{path}' holds no modes ({error}); start afresh with --overwrite") from None
+
+
+def _rebuilt(balloon: Balloon, kept: Checkpoint) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
+    """State and modes from what was kept of them."""
+    from lobefem.stability import Mode  # slow to import: inflate does without
+
+    notes = kept.notes
+    measured = {name: _tupled(value) for name, value in notes["state"].items()}
+    state = Equilibrium(
+        balloon=balloon,
+        pressure=kept.pressure,
+        prestress=kept.prestress,
+        unknowns=kept.unknowns,
+        displacement=balloon.u.x.array.reshape(-1, 3).copy(),
+        **measured,
+    )
+    modes = tuple(
+        Mode(
+            displacement=kept.fields[f"real:{k}"],
+            displacement_imag=kept.fields[f"imag:{k}"],
+            value=complex(*scalars["value"]),
+            **{name: _tupled(scalars[name]) for name in _MODE},
+        )
+        for k, scalars in enumerate(notes["modes"])
+    )
+    return state, modes, notes["notes"]
+
+
+def _tupled(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _input_order(balloon: Balloon) -> npt.NDArray[np.int64]:

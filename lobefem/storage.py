@@ -1,9 +1,14 @@
-"""The run folder: the design, the results, fields for ParaView, and the last state to go on from.
+"""The run folder: the design, the results, fields for ParaView, and steps to go on from.
 
-    design.toml     the validated design with all defaults filled in
-    results.json    what the command line's --json holds
-    fields.xdmf/.h5 mesh, displacement, stress, taut film and modes; one time step a pressure
-    state.npz       the last converged state in the mesh's input order, for any number of ranks
+    design.toml       the validated design with all defaults filled in
+    run.json          what was looked for, with which versions, and steps that are plain data
+    log.txt           what was said on the way
+    checkpoint.npz    the last accepted step, in the mesh's input order, for any number of ranks
+    modes-1.npz ...   the modes at each pressure of a sweep, in the same way
+    results.json      what the command line's --json holds
+    fields.xdmf/.h5   mesh, displacement, stress resultants and modes; one time step a pressure
+    state.npz         the last converged state
+    report.html       what --report and `lobefem report` make of it
 
 Every file appears complete or not at all. Rank 0 alone touches the file system (HDF5 apart), and
 what goes wrong there is raised on every rank.
@@ -11,39 +16,30 @@ what goes wrong there is raised on every rank.
 
 from __future__ import annotations
 
+import json
 import logging
-import os
 import shutil
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
-from xml.etree import ElementTree
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import numpy.typing as npt
-
-from lobefem._files import on_root, replace, replacing, require_writable, save_json
+from lobefem._files import on_root, replace, replacing, require_writable, save_json, to_json
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
+from lobefem.fields import Snapshot, save_fields
 from lobefem.log import logger
-from lobefem.stability import Mode
-from lobefem.states import Checkpoint, Keepable, load_state, save_state
+from lobefem.states import Checkpoint, Keepable, load_modes, load_state, save_modes, save_state
+from lobefem.units import shown
 
-# isort: split
-from dolfinx import fem
-from dolfinx.io import XDMFFile
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
-__all__ = [
-    "RunFolder",
-    "Snapshot",
-]
+__all__ = ["RunFolder", "Snapshot"]
 
-Array = npt.NDArray[np.float64]
 _FIGURES = ("critical_pressures.png", "mesh_study.png", "eigenvalues.png", "history.png")
 # what `lobefem plot` puts there by itself
 _PICTURES = tuple(
@@ -52,31 +48,16 @@ _PICTURES = tuple(
     for suffix in ("png", "svg", "gif", "mp4")
 )
 _FILES = (
-    "design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz", "log.txt",
+    "design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz",
+    "log.txt", "report.html",
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Snapshot:
-    """What there is to draw at one pressure.
-
-    Attributes:
-        balloon: the balloon that it is of.
-        pressure: [Pa], the time of an animation.
-        state: its displacement and stress are drawn, None for the shape as designed.
-        modes: drawn as mode_1, mode_2, ..., with imaginary parts if one of a run's is complex.
-    """
-
-    balloon: Balloon
-    pressure: float
-    state: Equilibrium | None = None
-    modes: tuple[Mode, ...] = ()
-
-
 class RunFolder:
-    """A folder for one run's files; nothing is made before there is something to write.
+    """A folder for one run's files.
 
-    As a context manager it keeps the log too, from the beginning of the context on.
+    As a context manager it keeps the log too, from the beginning of the context on, and takes an empty
+    start away where bad input ended the run.
 
     Args:
         path: of the folder; parents are made as well.
@@ -87,82 +68,170 @@ class RunFolder:
     Raises:
         InputError: a path that cannot be a folder, one that is not empty, or none to go on with.
             Collective.
+
+    Attributes:
+        has_steps: whether there is a step in it to go on from.
+        versions: with which the run began, as `begin` was told.
     """
 
     def __init__(self, path: str | Path, comm: Any, *, overwrite: bool = False, resume: bool = False) -> None:
         self.path, self.comm, self.overwrite, self.resume = Path(path), comm, overwrite, resume
-        self._ours = False
+        self.has_steps = False
+        self.versions: dict[str, Any] = {}
+        self._ours = self._fresh = False
+        self._design = ""
+        self._run: dict[str, Any] = {}
         self._log = _Log(self.path / "log.txt")
-        on_root(comm, self.path, self._check)
+        self._others = on_root(comm, self.path, self._check)
 
-    def _check(self) -> None:
+    def _check(self) -> bool:
+        """Refuse what cannot be; whether an earlier run's files are there to be replaced."""
         path = self.path
         if path.is_dir():
+            filled = any(path.iterdir())
             if self.resume and not (path / "design.toml").is_file():
                 raise InputError(f"'{path}' holds no run to go on with; leave out --resume")
-            if not (self.overwrite or self.resume) and any(path.iterdir()):
-                raise InputError(f"'{path}' is not empty; give another --out, or --overwrite")
+            if not (self.overwrite or self.resume) and filled:
+                more = ", or --resume to go on with its run" if (path / "run.json").is_file() else ""
+                raise InputError(f"'{path}' is not empty; give another --out, or --overwrite{more}")
             require_writable(path)
-        elif path.exists():
+            return filled and self.overwrite
+        if path.exists():
             raise InputError(f"'{path}' is a file, not a folder; give another --out")
-        elif self.resume:
+        if self.resume:
             raise InputError(f"there is no run in '{path}' to go on with; leave out --resume")
-        else:
-            require_writable(next(p for p in path.absolute().parents if p.exists()))
+        require_writable(next(p for p in path.absolute().parents if p.exists()))
+        return False
 
     def __enter__(self) -> RunFolder:
         if self.comm.rank == 0:
             self._log.attach()
         return self
 
-    def __exit__(self, *_: object) -> None:
-        if self.comm.rank == 0:
-            self._log.detach()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if self.comm.rank:
+            return
+        self._log.detach()
+        if kind is not None and issubclass(kind, InputError) and self._fresh and not self.has_steps:
+            for name in ("design.toml", "run.json", "log.txt"):
+                (self.path / name).unlink(missing_ok=True)
+            with suppress(OSError):
+                self.path.rmdir()
 
-    def begin(self, design: str) -> None:
-        """Make the folder ours: earlier files of ours go, unless their run goes on. Collective.
+    def begin(
+        self,
+        design: str,
+        study: Mapping[str, Any] = MappingProxyType({}),
+        versions: Mapping[str, Any] = MappingProxyType({}),
+    ) -> None:
+        """Make the folder ours, or find that its run is the one to go on with. Collective.
+
+        An earlier run's files, with `overwrite`, stay until there is a first step of this one.
 
         Args:
-            design: the design as TOML.
+            design: as TOML.
+            study: plain data that says what is looked for; a run goes on with the same only.
+            versions: with which the run is made.
 
         Raises:
             InputError: the file system refuses, another run has filled the folder meanwhile, or the
-                run to go on with is of another design.
+                run to go on with is another one.
         """
-
-        def start() -> None:
-            file = self.path / "design.toml"
-            self.path.mkdir(parents=True, exist_ok=True)
-            if self._ours:
-                replace(file, design)
+        if self._ours and design == self._design:
+            return
+        self._design = design
+        if not self._ours:
+            self._run = {"study": dict(study), "versions": dict(versions), "steps": {}}
+            self.versions = dict(versions)
+            if self._others:
                 return
-            if self.resume:
-                if file.read_text(encoding="utf-8") != design:
-                    raise InputError(
-                        f"the run in '{self.path}' is of another design; resume it with its own "
-                        "design.toml and options, or leave out --resume"
-                    )
-                self._log.open()
-                return
-            if not self.overwrite:
-                # of two runs into one folder at the same time the first one to write has it
-                try:
-                    file.touch(exist_ok=False)
-                except FileExistsError:
-                    raise InputError(
-                        f"another run has filled '{self.path}' meanwhile; give another --out, or --overwrite"
-                    ) from None
-            for name in (*_FILES, *_FIGURES, *_PICTURES):
-                (self.path / name).unlink(missing_ok=True)
-            shutil.rmtree(self.path / "frames", ignore_errors=True)
-            replace(file, design)
-            self._log.open()
+        self._claim()
 
-        on_root(self.comm, self.path, start)
+    def _claim(self) -> None:
+        self._run, self.has_steps = on_root(self.comm, self.path, self._start)
+        self.versions = self._run["versions"]
         self._ours = True
+
+    def _start(self) -> tuple[dict[str, Any], bool]:
+        file = self.path / "design.toml"
+        self.path.mkdir(parents=True, exist_ok=True)
+        if self._ours:
+            replace(file, self._design)
+            return self._run, self.has_steps
+        if self.resume:
+            theirs = file.read_text(encoding="utf-8", errors="replace")
+            if theirs != self._design:
+                differ = [line[:60] for line in theirs.splitlines() if line not in self._design.splitlines()]
+                said = f" ({', '.join(differ[:3])})" if differ else ""
+                raise InputError(
+                    f"the run in '{self.path}' is of another design{said}; resume it with its own "
+                    "design.toml and options, or leave out --resume"
+                )
+            run = self._read()
+            self._sweep()
+            self._log.open()
+            return run, bool(run["steps"]) or any(self.path.glob("*.npz"))
+        if not self.overwrite:
+            # of two runs into one folder at the same time the first one to write has it
+            try:
+                file.touch(exist_ok=False)
+            except FileExistsError:
+                raise InputError(
+                    f"another run has filled '{self.path}' meanwhile; give another --out, or --overwrite"
+                ) from None
+            self._fresh = True
+        self._sweep()
+        names = (*_FILES, *_FIGURES, *_PICTURES, *(p.name for p in self.path.glob("modes-*.npz")))
+        for name in names:
+            (self.path / name).unlink(missing_ok=True)
+        shutil.rmtree(self.path / "frames", ignore_errors=True)
+        replace(file, self._design)
+        replace(self.path / "run.json", to_json(self._run))
+        self._log.open()
+        return self._run, False
+
+    def _read(self) -> dict[str, Any]:
+        """What run.json says, if it is of the same study."""
+        file = self.path / "run.json"
+        if not file.is_file():  # of an earlier version
+            return self._run
+        try:
+            run = json.loads(file.read_text(encoding="utf-8"))
+            study, _, _ = (dict(run[name]) for name in ("study", "versions", "steps"))
+        except (ValueError, TypeError, KeyError, RecursionError) as error:
+            raise InputError(
+                f"'{file}' says nothing of a run ({error}); start afresh with --overwrite"
+            ) from None
+        asked = json.loads(to_json(self._run["study"]))
+        if study and asked and study != asked:
+            differ = [name for name in {**study, **asked} if study.get(name) != asked.get(name)]
+            said = ", ".join(f"{name.replace('_', '-')} {shown(study.get(name))}" for name in differ[:9])
+            raise InputError(
+                f"the run in '{self.path}' is of another study, with {said}; repeat its command and options, "
+                "or leave out --resume"
+            )
+        return run
+
+    def _sweep(self) -> None:
+        """Take away what a run that was killed had begun to write."""
+        for name in (*_FILES, *_FIGURES, *_PICTURES, "modes-*"):
+            for hidden in self.path.glob(f".{name}-*"):
+                hidden.unlink(missing_ok=True)
+        for hidden in self.path.glob("frames/.*.npz-*"):
+            hidden.unlink(missing_ok=True)
+        for hidden in self.path.glob(".fields-*"):
+            shutil.rmtree(hidden, ignore_errors=True)
+
+    # --- steps ----------------------------------------------------------------------------------
+
+    def _before_step(self) -> None:
+        if not self._ours:
+            self._claim()
+        self.has_steps = True
 
     def keep(self, state: Keepable, notes: Mapping[str, Any]) -> None:
         """Keep a state to go on from, with plain data, in place of the last one. Collective."""
+        self._before_step()
         save_state(self.path / "checkpoint.npz", state, notes)
 
     def kept(self, balloon: Balloon) -> Checkpoint | None:
@@ -171,10 +240,43 @@ class RunFolder:
         Raises:
             InputError: it is of another mesh or support, or no state.
         """
-        path = self.path / "checkpoint.npz"
-        if not on_root(self.comm, path, path.is_file):
-            return None
-        return load_state(path, balloon)
+        path = self._to_resume("checkpoint.npz")
+        return None if path is None else load_state(path, balloon)
+
+    def keep_modes(
+        self, number: int, state: Equilibrium, modes: Sequence[Mode], notes: Mapping[str, Any]
+    ) -> None:
+        """Keep the modes of a state as a step of a sweep, with plain data. Collective."""
+        self._before_step()
+        save_modes(self.path / f"modes-{number}.npz", state, modes, notes)
+
+    def kept_modes(
+        self, number: int, balloon: Balloon
+    ) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]] | None:
+        """What `keep_modes` was given; None for a step that the run did not come to. Collective.
+
+        Raises:
+            InputError: it is of another mesh or support, or no state.
+        """
+        path = self._to_resume(f"modes-{number}.npz")
+        return None if path is None else load_modes(path, balloon)
+
+    def _to_resume(self, name: str) -> Path | None:
+        path = self.path / name
+        here = on_root(self.comm, path, lambda: self.resume and path.is_file())
+        return path if here else None
+
+    def keep_step(self, name: str, data: Any) -> None:
+        """Keep a step that is plain data, infinite numbers as null. Collective."""
+        self._before_step()
+        self._run["steps"][name] = data
+        save_json(self.path / "run.json", self._run, self.comm)
+
+    def kept_step(self, name: str) -> Any:
+        """What `keep_step` was given; None for a step that the run did not come to."""
+        return self._run["steps"].get(name) if self.resume else None
+
+    # --- results --------------------------------------------------------------------------------
 
     def save(
         self,
@@ -195,11 +297,12 @@ class RunFolder:
             InputError: the file system refuses.
         """
         self.begin(design)
+        self._before_step()
         states = [s.state for s in snapshots if s.state is not None]
         if states:
             save_state(self.path / "state.npz", states[-1])
         if snapshots:
-            _save_fields(self.path, snapshots)
+            save_fields(self.path, snapshots)
         for name, draw in figures.items():
             assert name in _FIGURES  # else --overwrite would leave it behind
             on_root(self.comm, self.path / name, partial(_save_figure, self.path / name, draw))
@@ -237,97 +340,16 @@ class _Log(logging.Handler):
             self._write()
 
     def _write(self) -> None:
-        if self._waiting:
+        if not self._waiting:
+            return
+        try:
             with self._path.open("a", encoding="utf-8") as stream:
                 stream.writelines(self._waiting)
             self._waiting.clear()
+        except OSError:  # of a full disk, say: no end for a run; lines wait, and what must be kept says it
+            return
 
 
 def _save_figure(path: Path, draw: Callable[[], Any]) -> None:
     with replacing(path) as stream:
         draw().savefig(stream, format=path.suffix[1:])
-
-
-# --- fields -------------------------------------------------------------------------------------
-
-
-def _save_fields(folder: Path, snapshots: Sequence[Snapshot]) -> None:
-    """Write fields.xdmf and fields.h5. Collective."""
-    mesh, comm = snapshots[0].balloon.mesh, snapshots[0].balloon.comm
-    hidden = Path(on_root(comm, folder, lambda: tempfile.mkdtemp(prefix=".fields-", dir=folder)))
-
-    def publish() -> None:
-        text = _merged(hidden / "fields.xdmf", [s.pressure for s in snapshots])
-        os.replace(hidden / "fields.h5", folder / "fields.h5")
-        replace(folder / "fields.xdmf", text)
-
-    try:
-        imaginary = any(mode.value.imag for snapshot in snapshots for mode in snapshot.modes)
-        with XDMFFile(comm, str(hidden / "fields.xdmf"), "w") as file:
-            file.write_mesh(mesh)
-            for step, snapshot in enumerate(snapshots):
-                for function in _functions(snapshot, imaginary):
-                    file.write_function(function, float(step))
-        on_root(comm, folder, publish)
-    finally:
-        if comm.rank == 0:
-            shutil.rmtree(hidden, ignore_errors=True)
-
-
-def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:
-    balloon = snapshot.balloon
-    found = []
-    if snapshot.state is not None:
-        found.append(_nodal(balloon, "displacement", snapshot.state.displacement))
-        stress = snapshot.state.stress_resultants()
-        stress.name = "stress_resultants"
-        found += [stress, snapshot.state.regions()]
-    for k, mode in enumerate(snapshot.modes, 1):
-        found.append(_nodal(balloon, f"mode_{k}", mode.displacement))
-        if imaginary:  # for all or for none: readers keep a field that a later step lacks
-            found.append(_nodal(balloon, f"mode_{k}_imag", mode.displacement_imag))
-    lobes = fem.Function(fem.functionspace(balloon.mesh, ("DG", 0)), name="lobe")
-    cells = balloon.surface.lobes.indices
-    lobes.x.array[cells] = balloon.surface.lobes.values
-    return [*found, lobes]
-
-
-def _nodal(balloon: Balloon, name: str, values: Array) -> Any:
-    function = fem.Function(balloon.V, name=name)
-    function.x.array[:] = values.ravel()
-    return function
-
-
-def _merged(path: Path, times: list[float]) -> str:
-    """DOLFINx's XML with all fields of a step in one grid, its time the pressure [Pa].
-
-    DOLFINx writes a grid a field, which ParaView shows as blocks that cannot be combined: no
-    warping by a mode with the stress as colour.
-    """
-    root = ElementTree.parse(path).getroot()
-    domain = root.find("Domain")
-    assert domain is not None
-    plain = next(grid for grid in domain.findall("Grid") if grid.get("GridType") == "Uniform")
-    mesh = [part for part in plain if part.tag in ("Topology", "Geometry")]
-    for item in domain.iter("DataItem"):
-        if item.get("NumberType", "Float") == "Float":
-            item.set("Precision", "8")  # left out, readers take it for single
-    merged = []
-    for step, time in enumerate(times):
-        grid = ElementTree.Element("Grid", {"Name": "film", "GridType": "Uniform"})
-        grid.extend(mesh)
-        ElementTree.SubElement(grid, "Time", {"Value": repr(float(time))})
-        for written in domain.iter("Grid"):
-            stamp = written.find("Time")
-            if stamp is not None and float(stamp.get("Value", "nan")) == step:
-                grid.extend(written.findall("Attribute"))
-        merged.append(grid)
-    for old in domain.findall("Grid"):
-        domain.remove(old)
-    if len(merged) > 1:
-        series = {"Name": "pressures", "GridType": "Collection", "CollectionType": "Temporal"}
-        ElementTree.SubElement(domain, "Grid", series).extend(merged)
-    else:
-        domain.extend(merged)
-    ElementTree.indent(root)
-    return f'<?xml version="1.0"?>\n{ElementTree.tostring(root, encoding="unicode")}\n'

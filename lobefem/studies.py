@@ -8,7 +8,7 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any
 
-from lobefem.chart import HarmonicChart, harmonic_chart
+from lobefem.chart import HarmonicChart, Row, harmonic_chart
 from lobefem.critical import CriticalPressure, critical_pressure
 from lobefem.design import Design
 from lobefem.distortions import Distortion
@@ -46,6 +46,7 @@ def critical(
     limit: float | None = None,
     comm: Any = None,
     progress: Progress | None = None,
+    folder: RunFolder | None = None,
 ) -> Outcome:
     """The lowest critical pressure, of the held ideal geometry or along the inflated equilibria. Collective.
 
@@ -56,6 +57,7 @@ def critical(
         limit: pressure at which a search along inflated states gives up [Pa].
         comm: MPI communicator (default: all ranks).
         progress: called with a line of text now and then.
+        folder: where to keep the stable states of a path, and to go on from.
 
     Raises:
         InputError: an option that does not go with the state, or an ideal state asked of a cylinder.
@@ -68,7 +70,7 @@ def critical(
     if state == "inflated":
         if harmonic is not None:
             raise InputError("--harmonic looks at the ideal state; leave it out with --state inflated")
-        _along_path(outcome, design, LIMIT if limit is None else limit, comm, progress)
+        _along_path(outcome, design, LIMIT if limit is None else limit, comm, progress, folder)
         return outcome
     if limit is not None:
         raise InputError("--limit is for the search along inflated states; add --state inflated")
@@ -114,12 +116,26 @@ def _critical(found: CriticalPressure, harmonic: int | None) -> dict[str, Any]:
     return data
 
 
-def _along_path(outcome: Outcome, design: Design, limit: float, comm: Any, progress: Progress | None) -> None:
+def _along_path(
+    outcome: Outcome,
+    design: Design,
+    limit: float,
+    comm: Any,
+    progress: Progress | None,
+    folder: RunFolder | None,
+) -> None:
     """The first loss of stability along the inflated equilibria, into an outcome."""
     results = outcome.results
     balloon = design.balloon(design.surface(comm))
     try:
-        found = critical_point(balloon, start=min(100.0, limit / 20), limit=limit, progress=progress)
+        found = critical_point(
+            balloon,
+            start=min(100.0, limit / 20),
+            limit=limit,
+            resume=None if folder is None else folder.kept(balloon),
+            keep=None if folder is None else folder.keep,
+            progress=progress,
+        )
     except SolveError as error:
         outcome.error = error
         results |= {"critical_pressure": None} | failure(error)
@@ -152,6 +168,7 @@ def harmonics(
     harmonics: tuple[int, ...] | None = None,
     comm: Any = None,
     progress: Progress | None = None,
+    folder: RunFolder | None = None,
 ) -> Outcome:
     """The critical pressure of each harmonic of the held ideal geometry, from one sector. Collective.
 
@@ -160,6 +177,7 @@ def harmonics(
         harmonics: which; by default all that the mesh has.
         comm: MPI communicator (default: all ranks).
         progress: called with a line of text now and then.
+        folder: where to keep each harmonic, and to go on from.
 
     Raises:
         InputError: an ideal state asked of a cylinder, an unstructured mesh, a harmonic it lacks, or
@@ -177,12 +195,23 @@ def harmonics(
     outcome = Outcome(results)
     balloon = design.balloon(design.surface(comm, sector=True), prestressed=True)
     upper: HarmonicChart | None = None
+    known = [_kept_rows(folder, side) for side in range(3)]
+
+    def keep(side: int, rows: dict[int, Row]) -> None:
+        known[side] |= rows
+        if folder is not None:
+            folder.keep_step(f"tangent {side}", {str(n): _kept_row(row) for n, row in known[side].items()})
+
     try:
         if has_kink(balloon):
             results["warnings"].append(KINK)
-            chart, upper, _ = one_sided_charts(balloon, harmonics, comm=comm)
+            chart, upper, _ = one_sided_charts(
+                balloon, harmonics, comm=comm, known=known, keep=keep, progress=progress
+            )
         else:
-            chart = harmonic_chart(balloon, harmonics, comm=comm, progress=progress)
+            chart = harmonic_chart(
+                balloon, harmonics, comm=comm, known=known[0], keep=partial(keep, 0), progress=progress
+            )
     except SolveError as error:
         outcome.error = error
         results |= {"critical_pressure": None, "chart": []} | failure(error)
@@ -205,12 +234,45 @@ def harmonics(
     return outcome
 
 
+def _kept_row(row: Row) -> list[Any]:
+    """A row as JSON has it: no pressure and no residual are null."""
+    pressure, kind, residual = row
+    return [_number(pressure), kind, _number(residual)]
+
+
+def _kept_rows(folder: RunFolder | None, side: int) -> dict[int, Row]:
+    kept = None if folder is None else folder.kept_step(f"tangent {side}")
+    return {int(n): _row_of(*row) for n, row in (kept or {}).items()}
+
+
+def _kept_chart(data: dict[str, Any]) -> HarmonicChart:
+    rows = [_row_of(*row) for row in data["rows"]]
+    along, around = data["divisions"]
+    return HarmonicChart(
+        harmonics=tuple(data["harmonics"]),
+        pressures=tuple(pressure for pressure, _, _ in rows),
+        kinds=tuple(kind for _, kind, _ in rows),
+        residuals=tuple(residual for _, _, residual in rows),
+        divisions=(along, around),
+        lobes=data["lobes"],
+    )
+
+
+def _row_of(pressure: float | None, kind: str, residual: float | None) -> Row:
+    return (
+        math.inf if pressure is None else float(pressure),
+        kind,
+        math.nan if residual is None else float(residual),
+    )
+
+
 def mesh_study(
     design: Design,
     *,
     divisions: tuple[tuple[int, int], ...] | None = None,
     comm: Any = None,
     progress: Progress | None = None,
+    folder: RunFolder | None = None,
 ) -> Outcome:
     """Whether the critical pressure of the held ideal geometry converges under refinement. Collective.
 
@@ -219,6 +281,7 @@ def mesh_study(
         divisions: of the meshes, three or more (default: from 18 x 24 to 96 x 128).
         comm: MPI communicator (default: all ranks).
         progress: called with a line of text before each mesh.
+        folder: where to keep each mesh's chart, and to go on from.
 
     Raises:
         InputError: a film or a mesh that such a study cannot take.
@@ -231,8 +294,26 @@ def mesh_study(
         one = design.with_overrides({"mesh.divisions": list(pair)})
         return one.balloon(one.surface(comm, sector=True), prestressed=True)
 
+    known = [] if folder is None else folder.kept_step("meshes") or []
+    charts = [_kept_chart(chart) for chart in known]
+
+    def keep(chart: HarmonicChart) -> None:
+        rows = zip(chart.pressures, chart.kinds, chart.residuals, strict=True)
+        known.append(
+            {
+                "divisions": chart.divisions,
+                "lobes": chart.lobes,
+                "harmonics": chart.harmonics,
+                "rows": [_kept_row(row) for row in rows],
+            }
+        )
+        if folder is not None:
+            folder.keep_step("meshes", known)
+
     try:
-        study = study_meshes(balloon, divisions or DIVISIONS, comm=comm, progress=progress)
+        study = study_meshes(
+            balloon, divisions or DIVISIONS, comm=comm, known=charts, keep=keep, progress=progress
+        )
     except SolveError as error:
         outcome.error = error
         results |= failure(error)
@@ -302,7 +383,6 @@ def perturb(
     balloon = design.balloon(design.surface(comm), prestressed=built_in, contact=contact)
     resume, keep = None, None
     if folder is not None:
-        folder.begin(design.to_toml())
         resume, keep = folder.kept(balloon), partial(_keep, folder)
     found: Perturbed | None = None
     try:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from lobefem import _distribute, _dolfinx, _gmsh, _net, _whole, checks
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._memory import require_memory
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
@@ -28,12 +29,14 @@ from lobefem.profiling import timed
 from dolfinx.mesh import Mesh, MeshTags  # after lobefem._dolfinx, which finds the stack
 from mpi4py import MPI
 
-__all__ = ["Cylinder", "Surface", "cylinder", "lobed_cylinder", "sector_of"]
+__all__ = ["Cylinder", "Surface", "coarser", "cylinder", "lobed_cylinder", "sector_of"]
 
 Array = npt.NDArray[np.float64]
 
 _SEAM, _RIM = 100, 200  # seam k has the value 100 + k, the rims 201 and 202
+_MAX_LOBES = 1000  # Gmsh takes a minute for them, a time that grows with their square
 _MAX_CELLS = 50_000_000
+_BYTES = 1e4  # of memory that an equilibrium takes a node, at the least: measured from 96 x 128 to 192 x 256
 
 
 @dataclass(frozen=True)
@@ -244,6 +247,8 @@ def _make(
     comm: Any,
 ) -> Surface:
     lobes = checks.integer("the number of lobes", lobes, 1)
+    if lobes > _MAX_LOBES:
+        raise InputError(f"the number of lobes is {lobes}; give {_MAX_LOBES} or less")
     checks.one_of("cell", cell, ("triangle", "quadrilateral"))
     checks.one_of("diagonals", diagonals, ("same", "alternating"))
     checks.one_of("layout", layout, ("structured", "unstructured"))
@@ -265,15 +270,25 @@ def _make(
                 f"size is {size!r} but the layout is structured; give divisions, or layout='unstructured'"
             )
         cut = diagonals if corners == 3 else None
+        nodes = lobes * counts[0] * (counts[1] if not sector else 1)
         build = partial(_structured, shape, lobes, counts, cut, order, sectors if sector else None)
     else:
         if sector:
             raise InputError("an unstructured mesh has no equal sectors; use layout='structured'")
-        build = partial(_unstructured, shape, lobes, _size(size, shape, lobes), corners, order)
+        length = _size(size, shape, lobes)
+        nodes = round(lobes * shape.area / length**2)
+        build = partial(_unstructured, shape, lobes, length, corners, order)
 
     if sector:
         comm = MPI.COMM_SELF
-    net = _distribute.on_root(comm, build)
+    nodes *= order**2
+    fewer = "try fewer divisions" if layout == "structured" else "try a larger size"
+    require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
+    net: _net.Net | None
+    if counts is not None and comm.size > 1 and order == 1:  # each rank numbers its own rows
+        net = _net.grid(shape, lobes, counts, diagonals if corners == 3 else None, comm.rank, comm.size)
+    else:
+        net = _distribute.on_root(comm, build)
     x = None if net is None else _net.place(shape, lobes, net.t, net.theta)
     mesh = _distribute.distribute_mesh(comm, cell, order, x, None if net is None else net.cells)
     mesh.name = "film"
@@ -283,9 +298,8 @@ def _make(
     rim = max(_RIM, _SEAM + lobes)  # beyond a hundred lobes the rims make way for the seams
     groups |= {"rim_bottom": (1, rim + 1), "rim_top": (1, rim + 2)}
     values = [rim + 1, *range(_SEAM + 1, _SEAM + lobes), rim + 2]
-    first_cell, rings, num_nodes = comm.bcast(
-        None if net is None else (net.first_cell, net.rings, len(net.t)), root=0
-    )
+    first_cell, rings = comm.bcast(None if net is None else (net.first_cell, net.rings), root=0)
+    num_nodes = comm.allreduce(0 if net is None else len(net.t))
     surface = Surface(
         mesh=mesh,
         lobes=_distribute.lobe_tags(mesh, first_cell),
@@ -329,12 +343,34 @@ def sector_of(surface: Surface) -> Surface:
     """
     if surface.cyclic_order is None or surface.divisions is None:
         raise InputError("a single harmonic needs a cyclic mesh; use mesh layout 'structured'")
+    return _alike(surface, surface.divisions, sector=True)
+
+
+def coarser(surface: Surface) -> Surface | None:
+    """The same surface with half the divisions both ways; None where they cannot be halved. Collective.
+
+    Every node of it is a node of the finer one.
+    """
+    if surface.divisions is None or surface.copies != 1:
+        return None
+    along, around = (count // 2 for count in surface.divisions)
+    even = surface.divisions == (2 * along, 2 * around)
+    if not even or along < 4 or around < 4 or (_diagonals(surface) == "alternating" and around % 2):
+        return None
+    return _alike(surface, (along, around))
+
+
+def _diagonals(surface: Surface) -> str:
+    return "same" if surface.divisions and surface.cyclic_order == surface.divisions[1] else "alternating"
+
+
+def _alike(surface: Surface, divisions: tuple[int, int], sector: bool = False) -> Surface:
+    """A structured surface again, with other divisions or one sector of it. Collective."""
     cell = surface.mesh.topology.cell_name()
     order = 1 if _dolfinx.geometry_dofmap(surface.mesh).shape[1] == {"triangle": 3}.get(cell, 4) else 2
-    diagonals = "same" if surface.cyclic_order == surface.divisions[1] else "alternating"
     return _make(
-        surface.shape, surface.num_lobes, (1, 3), surface.divisions, cell, order, diagonals,
-        "structured", None, True, MPI.COMM_SELF,
+        surface.shape, surface.num_lobes, (1, 3), divisions, cell, order, _diagonals(surface),
+        "structured", None, sector, surface.mesh.comm,
     )  # fmt: skip
 
 

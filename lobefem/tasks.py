@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import lobefem
 from lobefem.branches import follow
@@ -15,9 +15,11 @@ from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
 from lobefem.errors import InputError, SolveError
-from lobefem.kink import has_kink, one_sided_modes
-from lobefem.stability import Mode, Modes, find_modes
-from lobefem.storage import Snapshot
+from lobefem.progress import Progress, part, said
+from lobefem.storage import RunFolder, Snapshot
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = [
     "KINK",
@@ -35,7 +37,6 @@ __all__ = [
 
 SCHEMA = 1  # of the results; a change that a reader must know of raises it
 STATES = ("ideal", "inflated")
-Progress = Callable[[str], None]
 
 _VERDICT = (
     "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
@@ -70,8 +71,20 @@ class Outcome:
     figures: dict[str, Callable[[], Any]] = field(default_factory=dict)
 
 
-def inflate(design: Design, *, comm: Any = None, progress: Progress | None = None) -> Outcome:
-    """The equilibrium at the design's one pressure. Collective.
+def inflate(
+    design: Design,
+    *,
+    comm: Any = None,
+    progress: Progress | None = None,
+    folder: RunFolder | None = None,
+) -> Outcome:
+    """The equilibrium at the design's one pressure; every pressure step is kept. Collective.
+
+    Args:
+        design: what to inflate.
+        comm: MPI communicator (default: all ranks).
+        progress: called with a line of text now and then.
+        folder: where to keep the steps, and to go on from.
 
     Raises:
         InputError: a design of several pressures.
@@ -84,8 +97,11 @@ def inflate(design: Design, *, comm: Any = None, progress: Progress | None = Non
     outcome = Outcome(summary("inflate", design) | dict.fromkeys(_EQUILIBRIUM))
     balloon = design.balloon(design.surface(comm))
     state: Equilibrium | None
+    options: dict[str, Any] = {"progress": progress}
     try:
-        state = find_equilibrium(balloon, pressures[0], progress=progress)
+        if folder is not None:
+            options |= {"on_step": lambda state: folder.keep(state, {}), "start": _kept(folder, balloon)}
+        state = find_equilibrium(balloon, pressures[0], nested=True, **options)
     except SolveError as error:
         outcome.error, state = error, getattr(error, "state", None)
     if state is not None:
@@ -94,6 +110,14 @@ def inflate(design: Design, *, comm: Any = None, progress: Progress | None = Non
     if outcome.error is not None:
         outcome.results |= failure(outcome.error)
     return outcome
+
+
+def _kept(folder: RunFolder, balloon: Any) -> Equilibrium | None:
+    """The equilibrium that a run came to. Collective."""
+    kept: Any = folder.kept(balloon)
+    if kept is None:
+        return None
+    return find_equilibrium(balloon, kept.pressure, prestress=kept.prestress, start=kept)
 
 
 def modes(
@@ -105,8 +129,9 @@ def modes(
     harmonics: tuple[int, ...] | None = None,
     comm: Any = None,
     progress: Progress | None = None,
+    folder: RunFolder | None = None,
 ) -> Outcome:
-    """The lowest modes at each of the design's pressures, in the order given. Collective.
+    """The lowest modes at each of the design's pressures, in the order given; each is kept. Collective.
 
     Args:
         design: what to look at.
@@ -117,10 +142,15 @@ def modes(
         harmonics: look at modes of these harmonics only, each from one sector.
         comm: MPI communicator (default: all ranks).
         progress: called with a line of text now and then.
+        folder: where to keep each pressure's modes, and to go on from.
 
     Raises:
         InputError: an ideal state asked of a cylinder.
     """
+    # slow to import: inflate does without
+    from lobefem.kink import has_kink, one_sided_modes
+    from lobefem.stability import find_modes
+
     check_state(state, design)
     results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
     if design.film.law == "fixed-wrinkles":
@@ -131,14 +161,24 @@ def modes(
     balloon = design.balloon(design.surface(comm), prestressed=True if state == "ideal" else None)
     two_sided = state == "ideal" and has_kink(balloon)
     previous: Equilibrium | None = None
-    for pressure in design.pressure.value:
+    pressures = design.pressure.value
+    for number, pressure in enumerate(pressures, 1):
+        kept = None if folder is None else folder.kept_modes(number, balloon)
+        if kept is not None:
+            previous, drawn, entry = kept[0], kept[1], dict(kept[2])
+            results["pressures"].append(entry)
+            outcome.snapshots.append(Snapshot(balloon, pressure, previous, drawn))
+            continue
+        say = part(progress, (number - 1) / len(pressures), number / len(pressures))
         try:
             if state == "ideal":
                 held = ideal_state(balloon, pressure)
             else:
-                held = previous = find_equilibrium(balloon, pressure, start=previous, progress=progress)
-            if progress is not None:
-                progress(f"modes at {pressure:g} Pa")
+                held = previous = find_equilibrium(
+                    balloon, pressure, start=previous, nested=True, progress=part(say, 0.0, 0.5)
+                )
+            if say is not None:
+                say(said(f"modes at {pressure:g} Pa", 0.5 if state == "inflated" else 0.0))
             sides = None
             if two_sided:
                 sides = one_sided_modes(balloon, pressure, count, mass=mass, harmonics=harmonics)
@@ -152,31 +192,36 @@ def modes(
             if last is not None and last is not previous:
                 outcome.snapshots.append(Snapshot(balloon, last.pressure, last))
             return outcome
-        results["pressures"].append(
-            {
-                "pressure": pressure,
-                "modes": [mode_data(mode) for mode in found.modes],
-                "stable": found.stable,
-                "symmetric": found.symmetric,
-                "asymmetry": found.asymmetry,
-                "num_negative": found.num_negative,
-                "state_residual": held.relative_residual,
-                "volume": held.volume,
-            }
-        )
+        entry = {
+            "pressure": pressure,
+            "modes": [mode_data(mode) for mode in found.modes],
+            "stable": found.stable,
+            "symmetric": found.symmetric,
+            "asymmetry": found.asymmetry,
+            "num_negative": found.num_negative,
+            "state_residual": held.relative_residual,
+            "volume": held.volume,
+        }
         if sides is not None:
-            results["pressures"][-1] |= {
+            entry |= {
                 "mean_modes": [mode_data(mode) for mode in sides.mean.modes],
                 "taut_modes": [mode_data(mode) for mode in sides.taut.modes],
                 "bounds": sides.bounds,
             }
+        results["pressures"].append(entry)
+        if folder is not None:
+            folder.keep_modes(number, held, found.modes, entry)
         outcome.snapshots.append(Snapshot(balloon, pressure, held, found.modes))
-    results["branches"] = _branches(outcome.snapshots, mass)
+    branches = _branches(outcome.snapshots, mass)
+    if branches:
+        results["branches"] = branches
     return outcome
 
 
 def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
     """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
+    from lobefem.stability import Modes
+
     sweep = {
         s.pressure: Modes(s.state, mass, True, 0.0, None, s.modes) for s in snapshots if s.state is not None
     }

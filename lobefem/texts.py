@@ -70,7 +70,7 @@ def distortion(name: str, text: str) -> Any:
 
 def integer(name: str, text: str, least: int) -> int:
     """An integer from text, at least `least`."""
-    if not text.strip().isdecimal() or int(text) < least:
+    if not text.strip().isdecimal() or len(text) > 9 or int(text) < least:
         raise InputError(f"{name}: {text!r} is impossible; give an integer, {least} or more")
     return int(text)
 

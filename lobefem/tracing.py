@@ -8,7 +8,7 @@ the tangent depends on the pressure in any way, and the path itself may end, at 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,6 +24,7 @@ from lobefem.equilibrium import Equilibrium, Progress, ideal_state, inflate
 from lobefem.errors import ConvergenceError, InputError, SolveError
 from lobefem.measures import displacement_of
 from lobefem.stability import Mode, Modes, check_request, find_modes
+from lobefem.states import Checkpoint
 
 # isort: split
 from petsc4py import PETSc
@@ -187,6 +188,8 @@ def critical_point(
     state: str = "inflated",
     rtol: float = 1e-3,
     growth: float = 1.3,
+    resume: Checkpoint | None = None,
+    keep: Callable[[Equilibrium, dict[str, Any]], None] | None = None,
     progress: Progress | None = None,
 ) -> CriticalPoint:
     """The first pressure along a path at which stability is lost.
@@ -210,6 +213,8 @@ def critical_point(
         state: "inflated" or "ideal".
         rtol: relative width of the bracket.
         growth: factor from pressure to pressure, above 1.
+        resume: what `keep` was last given in a run that was stopped; `start` does not matter then.
+        keep: called on all ranks with each stable state of the path, with notes to go on from.
         progress: called with a line of text now and then.
 
     Raises:
@@ -226,15 +231,20 @@ def critical_point(
         )
     if not growth > 1 or not 0 < rtol < 1:
         raise InputError(f"growth = {growth} must be above 1 and rtol = {rtol} between 0 and 1")
-    path = _Path(balloon, state, rtol, progress)
-    low = path.modes(_state(balloon, state, start, None, progress))
+    notes: Mapping[str, Any] = {} if resume is None else resume.notes
+    path = _Path(balloon, state, rtol, progress, notes.get("visited", ()))
+    if resume is not None:
+        start = resume.pressure
+    low = path.modes(_state(balloon, state, start, resume, progress))
     if not low.stable:
         raise InputError(
             f"the balloon is unstable already at start = {start:g} Pa (lambda = {low[0].value.real:.3g}); "
             "start from a lower pressure"
         )
-    step, smooth = math.inf, True
+    step, smooth = float(notes.get("step", math.inf)), bool(notes.get("smooth", True))
     while low.state.pressure != limit:
+        if keep is not None:
+            keep(low.state, {"visited": path.visited, "step": step, "smooth": smooth})
         p = low.state.pressure
         target = p + math.copysign(min(step, (growth - 1) * abs(p)), p)
         target = min(target, limit, key=abs)
@@ -257,18 +267,22 @@ def critical_point(
 class _Path:
     """States of a balloon one after the other, with their lowest modes."""
 
-    def __init__(self, balloon: Balloon, state: str, rtol: float, progress: Progress | None) -> None:
+    def __init__(
+        self,
+        balloon: Balloon,
+        state: str,
+        rtol: float,
+        progress: Progress | None,
+        visited: Sequence[tuple[float, float]] = (),
+    ) -> None:
         self.balloon, self.state, self.rtol, self.progress = balloon, state, rtol, progress
-        self._found: list[Modes] = []
-
-    @property
-    def visited(self) -> tuple[tuple[float, float], ...]:
-        return tuple((m.state.pressure, m[0].value.real) for m in self._found)
+        # the last one of an earlier run is looked at again
+        self.visited = tuple((float(p), float(value)) for p, value in visited[:-1])
 
     def modes(self, state: Equilibrium) -> Modes:
         """The lowest pair of a state. Collective."""
         modes = find_modes(state, 2)
-        self._found.append(modes)
+        self.visited += ((state.pressure, modes[0].value.real),)
         if self.progress is not None:
             self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
         return modes
@@ -356,11 +370,15 @@ def _check_state(balloon: Balloon, state: str) -> None:
 
 
 def _state(
-    balloon: Balloon, kind: str, pressure: float, start: Equilibrium | None, progress: Progress | None
+    balloon: Balloon,
+    kind: str,
+    pressure: float,
+    start: Equilibrium | Checkpoint | None,
+    progress: Progress | None,
 ) -> Equilibrium:
     if kind == "ideal":
         return ideal_state(balloon, pressure)
-    return inflate(balloon, pressure, start=start, progress=progress)
+    return inflate(balloon, pressure, start=start, progress=progress)  # type: ignore[arg-type]
 
 
 def _load_rate(state: Equilibrium, q: Any) -> Any:

@@ -41,7 +41,10 @@ _TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\d\
 
 def shown(value: Any) -> str:
     """A value as a message quotes it: on one line, and not at any length."""
-    text = repr(value)
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables in tables
+        return f"{type(value).__name__} of that size"
     return text if len(text) <= 80 else f"{text[:60]}...{text[-10:]}"
 
 

@@ -28,7 +28,7 @@ def test_answers_are_right(program, case):
     assert record["iterations"] >= 3
     assert 1 < record["memory"] < 2000
     if program == "lobefem":
-        assert record["profile"]["stages"]["numeric factorisation"]["calls"] == record["iterations"]
+        assert record["profile"]["stages"]["numeric factorisation"]["calls"] <= record["iterations"]
 
 
 def test_the_mesh_is_that_of_the_exact_answers():
@@ -80,9 +80,11 @@ def test_the_report(tmp_path):
     rows = medians(records)
     json.dumps(rows)
     assert exponent([row for row in rows if row["program"] == "NGSolve"]) == pytest.approx(1.5)
-    write_report(tmp_path, rows)
+    first = records[0] | {"profile": {"stages": {"form compilation": {"seconds": 31.4}}}}
+    write_report(tmp_path, rows, [first])
     text = (tmp_path / "results.md").read_text()
     assert re.search(r"\| 24x32 \| 2208 \| NGSolve \| \d+\.\d+ \| 3.00 \|", text)
     assert re.search(r"\| Kratos \|  \|  .* no answer \|", text)
     assert "lobefem: time grows as unknowns^1.50" in text
+    assert "the first run, taut, took 31.4 s" in text
     assert (tmp_path / "scaling.png").stat().st_size > 1000

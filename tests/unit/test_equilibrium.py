@@ -83,6 +83,23 @@ def test_start_makes_no_difference_to_the_equilibrium(comm):
     assert twice.steps == (20.0,)
 
 
+def test_a_tangent_is_kept_while_it_serves(comm, monkeypatch):
+    def counted(self, *given, **options):
+        tangents.append(given)
+        return tangent(self, *given, **options)
+
+    tangent, tangents = Balloon.tangent, []
+    monkeypatch.setattr(Balloon, "tangent", counted)
+    balloon = stack(comm)
+    kept = inflate(balloon, 5.0)
+    assert len(tangents) < kept.iterations
+    tangents.clear()
+    monkeypatch.setattr("lobefem._snes._KEPT", 0.0)
+    renewed = inflate(balloon, 5.0)
+    assert len(tangents) == renewed.iterations <= kept.iterations
+    assert kept.volume == pytest.approx(renewed.volume, rel=1e-10)
+
+
 def test_zero_pressure_is_the_reference_state(comm):
     state = inflate(stack(comm), 0.0)
     assert state.converged

@@ -172,7 +172,7 @@ def test_a_file_that_is_no_state_is_refused(comm, shared_path):
     if comm.rank == 0:
         with path.open("wb") as stream:
             np.savez(stream, other=np.zeros(3))
-    with pytest.raises(InputError, match=r"is a state of another mesh"):
+    with pytest.raises(InputError, match=r"holds no state \('position'\)"):
         load_state(path, balloon)
 
 
@@ -187,13 +187,13 @@ def test_a_folder_in_use_is_refused_unless_overwritten(comm, shared_path):
     balloon = small()
     state = inflate(balloon, PRESSURE)
     RunFolder(path, comm, overwrite=True).save("y = 2\n", {}, [Snapshot(balloon, 5.0, state)])
-    names = {"design.toml", "results.json", "fields.xdmf", "fields.h5", "state.npz"}
+    names = {"design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz"}
     assert {p.name for p in path.iterdir()} == names
     assert (path / "design.toml").read_text() == "y = 2\n"
     comm.Barrier()
     # a later run that draws nothing leaves nothing of this one behind
     RunFolder(path, comm, overwrite=True).save("z = 3\n", {}, [])
-    assert {p.name for p in path.iterdir()} == {"design.toml", "results.json"}
+    assert {p.name for p in path.iterdir()} == {"design.toml", "run.json", "results.json"}
 
 
 def test_of_two_runs_into_one_folder_the_first_to_end_has_it(comm, shared_path):

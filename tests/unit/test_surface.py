@@ -412,15 +412,15 @@ def test_failure_on_rank_0_is_raised_on_every_rank(comm, monkeypatch, thrown, ca
     def fail(*_):
         raise thrown
 
-    monkeypatch.setattr(_gmsh, "structured", fail)  # only rank 0 ever calls it
+    monkeypatch.setattr(_gmsh, "unstructured", fail)  # only rank 0 ever calls it
     with pytest.raises(caught, match=match):
-        lobed_cylinder(comm=comm)
+        lobed_cylinder(layout="unstructured", size=1.0, comm=comm)
 
 
 def test_missing_gmsh_says_what_to_install(comm, monkeypatch):
     monkeypatch.setitem(sys.modules, "gmsh", None)
     with pytest.raises(MissingDependencyError, match="install python3-gmsh"):
-        lobed_cylinder(comm=comm)
+        lobed_cylinder(layout="unstructured", size=1.0, comm=comm)
 
 
 def test_a_mesh_that_gmsh_got_wrong_is_refused():
@@ -441,6 +441,11 @@ def test_a_mesh_that_gmsh_got_wrong_is_refused():
         _net.structured_net(raw, shape, (3, 16), "same")
     with pytest.raises(SolveError, match=r"m off the surface"):
         _net.structured_net(changed(points=1.01 * raw.points), shape, (3, 8), "same")
+
+    # what several ranks number by themselves, some of them without a row, is the same
+    shares = [_net.grid(shape, 2, (3, 8), "same", k, 7) for k in range(7)]
+    for name in ("t", "theta", "cells"):
+        np.testing.assert_array_equal(np.concatenate([getattr(s, name) for s in shares]), getattr(net, name))
 
     free = _gmsh.unstructured(shape, 2, 1.0, 3)
     assert len(_net.unstructured_net(free, shape).cells) == len(free.cells)

@@ -1,0 +1,45 @@
+"""Lines of progress that know how far a study is.
+
+A caller passes any function of a string, `print` say. What it is given is a string all the same; one that
+shows the time left also asks `share_of` it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+__all__ = ["Progress", "part", "said", "share_of"]
+
+Progress = Callable[[str], None]
+
+
+class _Said(str):
+    share: float
+
+
+def said(text: str, share: float) -> str:
+    """A line of progress.
+
+    Args:
+        text: what goes on.
+        share: of the work that is done, 0 to 1.
+    """
+    line = _Said(text)
+    line.share = min(max(share, 0.0), 1.0)
+    return line
+
+
+def share_of(text: str) -> float | None:
+    """How much is done, None where the line does not say."""
+    return getattr(text, "share", None)
+
+
+def part(progress: Progress | None, first: float, last: float) -> Progress | None:
+    """What to pass to a part of a study, which takes it from one share of the work to another."""
+    if progress is None:
+        return None
+
+    def report(text: str) -> None:
+        progress(said(text, first + (share_of(text) or 0.0) * (last - first)))
+
+    return report

@@ -1,0 +1,131 @@
+"""Files to go on from are data: a damaged one is refused, and nothing in any is executed."""
+
+import io
+import json
+import os
+import pickle
+
+import numpy as np
+import pytest
+from broken import EXAMPLES, cases, fault_of_sentence, run, SINGLE
+from hypothesis import given
+from hypothesis import strategies as st
+from mpi4py import MPI
+
+from lobefem.balloon import Balloon
+from lobefem.equilibrium import inflate
+from lobefem.errors import InputError
+from lobefem.films import TensionField
+from lobefem.loads import GasPressure
+from lobefem.plates import EndPlates
+from lobefem.states import load_state, save_state
+from lobefem.surface import lobed_cylinder
+
+ARRAYS = ("position", "displacement", "plate_parameters", "pressure", "prestress", "notes")
+WRONG = st.sampled_from(
+    [
+        lambda old: np.zeros(0),
+        lambda old: np.full(old.shape, np.nan) if old.dtype.kind == "f" else np.zeros(3),
+        lambda old: np.full(old.shape, np.inf) if old.dtype.kind == "f" else np.array(7),
+        lambda old: old[..., None],
+        lambda old: np.zeros((2_000_000, 3)),
+        lambda old: np.array(["x"]),
+        lambda old: np.array("[" * 5000),
+        lambda old: np.array("null"),
+        lambda old: old.astype(complex) if old.dtype.kind == "f" else np.array(b"\xff"),
+        lambda old: np.array([Trap()], dtype=object),
+    ]
+)
+ran = []
+
+
+class Trap:
+    """What pickle would execute."""
+
+    def __reduce__(self):
+        return ran.append, ("executed",)
+
+
+@pytest.fixture(scope="module")
+def balloon():
+    parts = [GasPressure("closed"), EndPlates("pinned")]
+    return Balloon(lobed_cylinder(1, (4, 6)), TensionField(), parts)
+
+
+@pytest.fixture(scope="module")
+def kept(balloon, tmp_path_factory):
+    """A state's file as bytes, on all ranks, and what load_state makes of it."""
+    path = MPI.COMM_WORLD.bcast(tmp_path_factory.getbasetemp() / "sound.npz", root=0)
+    save_state(path, inflate(balloon, 5.0), {"study": "x", "history": [1.0]})
+    return path, path.read_bytes(), load_state(path, balloon)
+
+
+@cases(0.1, 25)
+@given(st.data())
+def test_a_damaged_state_is_refused_or_the_same(balloon, kept, data):
+    path, content, sound = kept
+    comm = balloon.comm
+    kind = data.draw(st.sampled_from(["bits", "cut", "array", "lacking", "other", "more"]))
+    if kind == "bits":
+        damaged = bytearray(content)
+        for _ in range(data.draw(st.integers(1, 4))):
+            damaged[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    elif kind == "cut":
+        damaged = content[: data.draw(st.integers(0, len(content) - 1))]
+    elif kind == "other":
+        damaged = data.draw(st.one_of(st.binary(max_size=99), st.just(pickle.dumps(Trap())), st.just(_npy())))
+    else:
+        with np.load(io.BytesIO(content)) as file:
+            arrays = dict(file)
+        name = data.draw(st.sampled_from(ARRAYS))
+        if kind == "array":
+            arrays[name] = data.draw(WRONG)(arrays[name])
+        elif kind == "lacking":
+            del arrays[name]
+        else:
+            arrays[data.draw(st.sampled_from(["../../outside", "/outside", "field:x", "x"]))] = np.zeros((30, 3))
+        stream = io.BytesIO()
+        np.savez(stream, allow_pickle=True, **arrays)
+        damaged = stream.getvalue()
+    file = path.with_name("damaged.npz")
+    if comm.rank == 0:
+        file.write_bytes(damaged)
+    comm.Barrier()
+    try:
+        found = load_state(file, balloon)
+    except InputError as error:
+        wrong = fault_of_sentence(" ".join(f"lobefem: {error}".split()) + "\n")
+    else:
+        same = found.pressure == sound.pressure and np.array_equal(found.unknowns, sound.unknowns)
+        wrong = "" if same else "another state"
+    assert not ran
+    assert not any(comm.allgather(wrong)), f"{wrong} after {kind}"
+    assert not (path.parent / "outside.npy").exists()
+
+
+def _npy():
+    stream = io.BytesIO()
+    np.save(stream, np.zeros(3))
+    return stream.getvalue()
+
+
+def test_a_run_with_damaged_files_is_refused_in_one_sentence(shared_path, comm):
+    """Each file that --resume reads, cut off, empty, or of other contents."""
+    folder = shared_path / "run"
+    arguments = ["perturb", SINGLE, "--divisions", "4x6", "--film", "tension-field", "--pressure", "5", "--bend", "2",
+                 "--steps", "2", "--no-contact", "--json", shared_path / "x.json", "--out", folder]  # fmt: skip
+    assert run(arguments)[0] == 0
+    for name in ("design.toml", "run.json", "checkpoint.npz"):
+        content = (folder / name).read_bytes() if comm.rank == 0 else None
+        for damaged in (b"", (content or b"")[:-40], b"\xff\xfe\x00", b"[]", b'{"study": 1}', b"[" * 9000):
+            if comm.rank == 0:
+                (folder / name).write_bytes(damaged)
+            comm.Barrier()
+            code, out, err = run([*arguments, "--resume"])
+            wrong = (fault_of_sentence(err) or out) if code == 2 else f"exit code {code}"
+            wrong = comm.bcast(wrong, root=0)
+            assert not wrong, f"{wrong}: {name} = {damaged[:40]}\n{err}"
+        if comm.rank == 0:
+            (folder / name).write_bytes(content)
+        comm.Barrier()
+    assert run([*arguments, "--resume"])[0] == 0

@@ -1,0 +1,23 @@
+"""Design files of any content make a sound design, or one sentence."""
+
+from broken import DESIGN_FILES, cases, fault_of_sentence
+from hypothesis import given
+
+from lobefem.design import Design
+from lobefem.errors import InputError
+
+
+@cases(0.6, 60)
+@given(DESIGN_FILES)
+def test_any_file_makes_a_design_or_one_sentence(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "any.toml"
+    path.write_bytes(content)
+    try:
+        design = Design.load(path)
+    except InputError as error:
+        assert fault_of_sentence(f"lobefem: {error}\n") == "", str(error)
+        return
+    written = design.to_toml()
+    path.write_text(written, encoding="utf-8")
+    assert Design.load(path) == design
+    assert Design.load(path).to_toml() == written
