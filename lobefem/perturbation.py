@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.distortions import Distortion, Increment, distort, release_start
 from lobefem.equilibrium import Equilibrium, inflate
@@ -55,8 +56,8 @@ class Point:
     ledger: Ledger
 
 
-@dataclass(frozen=True)
-class Perturbed:
+@dataclass(frozen=True, repr=False)
+class Perturbed(Glanceable):
     """What became of a balloon that was distorted, and let go.
 
     Attributes:
@@ -72,6 +73,20 @@ class Perturbed:
     imposed: Equilibrium | None = field(repr=False)
     released: Released | None
     history: tuple[Point, ...] = field(repr=False)
+
+    def _glance(self) -> Glance:
+        end, kind = self.ramp[-1], self.distortion
+        rows = [
+            ("volume, original", number(self.original.volume, "m^3")),
+            ("volume, distorted", number(end.volume, "m^3")),
+            ("reaction", number(end.reaction, kind.reaction_unit)),
+            ("first contact", number(self.first_contact, kind.unit)),
+        ]
+        outcome = "held"
+        if self.released is not None:
+            outcome = f"released: {self.released.outcome}"
+            rows.append(("evidence", self.released.reason))
+        return Glance(f"{kind.kind} of {kind.parameter:.4g} {kind.unit}, {outcome}", tuple(rows))
 
     @property
     def ramp(self) -> tuple[Point, ...]:
@@ -117,7 +132,8 @@ def perturb(
         steps: increments of the ramp.
         damping: of the release, see `lobefem.release`.
         resume: what `keep` was last given in a run that was stopped.
-        keep: called on all ranks after each accepted step, with a state of the free balloon and notes.
+        keep: called on all ranks after each accepted step, with a state of the free balloon and notes;
+            its shape is that of notes["history"][notes["point"]].
         progress: called with a line of text now and then.
 
     Raises:
@@ -246,7 +262,7 @@ class _Log:
                 ledger=ledger,
             )
         )
-        self._keep(release_start(state) if self.keep is not None else None, "ramp")
+        self._keep(release_start(state) if self.keep is not None else None, "ramp", len(self.history) - 1)
 
     def _gas(self, gained: float, plates: tuple[Array, Array]) -> float:
         """Work of the gas over a step; what `film` load leaves out on the plates by the trapezoid rule."""
@@ -290,14 +306,16 @@ class _Log:
                     ledger=record.ledger,
                 )
             )
-        self._keep(before, "release")
+        # the step began where the one before ended
+        self._keep(before, "release", len(self.history) - (2 if record.number else 1))
 
-    def _keep(self, state: Keepable | None, phase: str) -> None:
+    def _keep(self, state: Keepable | None, phase: str, point: int) -> None:
         if self.keep is None or state is None:
             return
         notes = {
             "study": dict(self.study),
             "phase": phase,
+            "point": point,
             "parameter": self.parameter,
             "history": [asdict(p) for p in self.history],
             "records": [asdict(r) for r in self.records],

@@ -92,6 +92,13 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         ),
         **_modes("pressures[].mean_modes", "of the mean of both tangents, there only"),
         **_modes("pressures[].taut_modes", "of the taut tangent, there only"),
+        "branches[].kind": ("", "of most of its modes; modes followed from pressure to pressure, if several"),
+        "branches[].harmonic": ("", "strongest circumferential harmonic n of most of its modes"),
+        "branches[].rank": ("", "0 for the lowest of its kind and harmonic, and so on"),
+        "branches[].pressures": ("Pa", "at which it is one of the modes"),
+        "branches[].values": ("Pa/m", "real parts of the eigenvalue there; in N/m with nodal mass"),
+        "branches[].members": ("", "at each pressure, its modes' places in the list, from 0"),
+        "branches[].likeness": ("", "least likeness of its modes from one pressure to the next, 0 to 1"),
     },
     "critical": {
         "state": ("", "ideal or inflated"),

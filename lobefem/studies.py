@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import Any
@@ -13,12 +13,14 @@ from lobefem.critical import CriticalPressure, critical_pressure
 from lobefem.design import Design
 from lobefem.distortions import Distortion
 from lobefem.errors import InputError, SolveError
+from lobefem.frames import keep_frame
 from lobefem.kink import has_kink, one_sided_charts, one_sided_pressures, slack_critical_pressure
 from lobefem.mesh_study import DIVISIONS, MeshStudy
 from lobefem.mesh_study import mesh_study as study_meshes
 from lobefem.perturbation import Perturbed, Point
 from lobefem.perturbation import perturb as impose
 from lobefem.stability import find_modes
+from lobefem.states import Keepable
 from lobefem.storage import RunFolder, Snapshot
 from lobefem.tasks import KINK, Outcome, Progress, check_state, failure, summary
 from lobefem.tracing import critical_point
@@ -381,7 +383,7 @@ def perturb(
     balloon = design.balloon(design.surface(comm), prestressed=built_in, contact=contact)
     resume, keep = None, None
     if folder is not None:
-        resume, keep = folder.kept(balloon), folder.keep
+        resume, keep = folder.kept(balloon), partial(_keep, folder)
     found: Perturbed | None = None
     try:
         found = impose(
@@ -399,6 +401,10 @@ def perturb(
         results |= failure(error) | {"history": _points(error.data.get("points", ()), degrees)}
         return outcome
     results |= _perturbed(found, degrees)
+    rest = None if found.released is None else found.released.state
+    if folder is not None and rest is not None:
+        last = len(found.history) - 1
+        keep_frame(folder.path, last, rest, (*_ends([vars(p) for p in found.history]), last))
     if modes is not None:
         lowest = found.released.lowest if found.released is not None else float(modes.values.real.min())
         results["min_eigenvalue"] = lowest
@@ -407,6 +413,17 @@ def perturb(
             outcome.snapshots.append(Snapshot(state.balloon, state.pressure, state))
     outcome.figures["history.png"] = lambda: _history_figure(found, results)
     return outcome
+
+
+def _keep(folder: RunFolder, state: Keepable, notes: Mapping[str, Any]) -> None:
+    folder.keep(state, notes)
+    keep_frame(folder.path, notes["point"], state, _ends(notes["history"]))
+
+
+def _ends(history: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
+    """The number of the ramp's last point, once there is a release."""
+    ramp = sum(point["time"] is None for point in history)
+    return (ramp - 1,) if ramp < len(history) else ()
 
 
 def _perturbed(found: Perturbed, degrees: bool) -> dict[str, Any]:

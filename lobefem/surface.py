@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _distribute, _dolfinx, _gmsh, _net, checks
+from lobefem import _distribute, _dolfinx, _gmsh, _net, _whole, checks
+from lobefem._glance import Glance, Glanceable, number
 from lobefem._memory import require_memory
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
@@ -94,8 +95,8 @@ class Cylinder:
         return self.half_height * (2.0 * np.arange(count + 1) - count) / count
 
 
-@dataclass(frozen=True)
-class Surface:
+@dataclass(frozen=True, repr=False)
+class Surface(Glanceable):
     """A meshed film with its parts named.
 
     Args:
@@ -124,6 +125,37 @@ class Surface:
     num_lobes: int
     copies: int = 1
     grading: float = 0.0
+
+    def to_pyvista(self) -> Any:
+        """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.
+
+        Rank 0 gathers nodes and cells of all ranks: see `lobefem._whole.gather` for what that takes.
+        """
+        whole = _whole.gather(self.mesh, {}, {"lobe": self.lobe_numbers()})
+        return None if whole is None else _whole.to_pyvista(whole)
+
+    def lobe_numbers(self) -> npt.NDArray[np.int32]:
+        """Number of the lobe, from 1, of each of this rank's cells, ghosts included (cells,)."""
+        cells = self.mesh.topology.index_map(2)
+        numbers = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
+        numbers[self.lobes.indices] = self.lobes.values
+        return numbers
+
+    def _glance(self) -> Glance:
+        shape, topology = self.shape, self.mesh.topology
+        what = "lobe" if isinstance(shape, Lobe) else "cylinder"
+        mesh = "unstructured" if self.divisions is None else " x ".join(map(str, self.divisions))
+        cells = f"{topology.index_map(2).size_global} {topology.cell_name()}s"
+        part = f", one of {self.copies} sectors" if self.copies > 1 else ""
+        rows = (
+            ("mesh", f"{mesh}{part}"),
+            ("cells", cells),
+            ("nodes", str(self.mesh.geometry.index_map().size_global)),
+            ("edge radius", number(shape.edge_radius, "m")),
+            ("height", number(self.num_lobes * shape.height, "m")),
+            ("volume as designed", number(self.num_lobes * shape.volume, "m^3")),
+        )
+        return Glance(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", rows)
 
 
 def lobed_cylinder(
