@@ -166,6 +166,8 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "history[].mid_hoop_displacement": ("m", "sideways, of the middle hoop's centre"),
         "history[].contact_force": ("N", "in all"),
         "history[].time": ("s", "in the release; null in the ramp"),
+        "history[].residual": ("", "over the norm of the pressure's nodal forces"),
+        "history[].ledger.*": ("J", "as in energy, up to this step"),
     },
     "sweep": {
         "of": ("", "the command of each point"),
