@@ -19,7 +19,7 @@ mpirun = $(or $(wildcard $(VENV)/bin/mpirun),mpirun)
 run = $(shell grep -sqx system $(VENV)/lobefem-setup && echo docker/entry.sh)
 sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
-.PHONY: help setup sphinx demo demos docs links test bench bench-peers lint types check clean distclean
+.PHONY: help setup sphinx demo demos docs links test bench bench-peers bench-scaling lint types check clean distclean
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
@@ -30,6 +30,7 @@ help:
 	@echo "make bench      the common problem by lobefem and the other programs, in out/bench; about an hour,"
 	@echo "                BENCH=--short: lobefem and Surface Evolver on fine meshes, a few minutes"
 	@echo "make bench-peers  get the other programs, into .peers; BENCH='--runs 3 --meshes 24x32' chooses"
+	@echo "make bench-scaling  ten thousand to a million unknowns on one rank and two, in out/scaling"
 	@echo "make lint       ruff and import-linter"
 	@echo "make types      mypy"
 	@echo "make check      lint and types"
@@ -38,7 +39,7 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo demos docs links test bench lint types check:
+setup demo demos docs links test bench bench-scaling lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
 		VENV=.venv-debian TESTS="$(TESTS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
 
@@ -85,6 +86,9 @@ test: setup
 
 bench: setup
 	$(run) $(python) -m benchmarks.compare $(BENCH)
+
+bench-scaling: setup
+	$(run) $(python) -m benchmarks.scaling $(BENCH)
 
 bench-peers: setup
 	benchmarks/install_peers.sh $(python)

@@ -7,10 +7,11 @@ The parts, N unknowns on P ranks of like cores:
 
     assembly       a N/P; residual and tangent with its constraint map's product
     analysis       s N on one rank, whatever P: MUMPS orders the gathered graph there
-    factorisation  (F - F1)/(r P) + F1/r + communication, F = c N^e flops, F1 = n^3/3 those of the last
-                   front of n ~ sqrt(N) rows, which one rank factorises for the sake of the inertia
+    factorisation  F/(r P) + communication, F = c N^e flops; in Newton's method a measured share of that, for
+                   factors are compressed there; for modes F1/r more, F1 = n^3/3 flops of the last front of
+                   n ~ sqrt(N) rows, which one rank factorises for the sake of the inertia
     solve          2 L/(b P) + latency, L entries of the factor read forwards and backwards
-    the rest       o N/P + log2(P) latencies for each scalar product
+    the rest       o N/P + log2(P) latencies for each scalar product; coarser meshes count here, too
 
 r and b, the rates of arithmetic and of memory, are fitted on one rank; what a second rank loses of them by
 the cores' shared memory and by imbalance is measured and kept for more. Communication of a factorisation
@@ -36,6 +37,9 @@ RESULTS = Path(__file__).parent / "results/scaling.json"
 # a common interconnect of clusters; one machine's own memory is faster
 LATENCY, BANDWIDTH = 2e-6, 1e10  # [s], [B/s]
 CASES = ((1e6, 1), (1e6, 2), (1e6, 64), (1e7, 64), (1e8, 64), (1e8, 4096), (1e9, 4096))
+# bytes an unknown of the gathered graph: 21 entries a row, half of them for symmetry, of two numbers each,
+# and MUMPS's own copy
+_GRAPH = 21 / 2 * 8 * 2
 _DOTS = 3000  # scalar products of a run: line searches, sixty Lanczos steps orthogonalised twice, residuals
 
 
@@ -52,11 +56,14 @@ class Model:
         front: rows of the largest front over sqrt(N).
         entries: of the factor over N log2(N).
         rate: flops a second of one core.
+        compressed: time of compressed factors over that of exact ones.
         reading: entries of the factor a second of one core.
         losses: time of two ranks over half of that of one, of assembly, factorisation, solve and rest.
         memory: bytes a rank before the mesh, bytes an unknown without factors, bytes an entry of them.
+        memory_loss: bytes of two ranks beyond `alone` over those of one.
         graph: bytes an unknown of the gathered graph on the rank that orders it.
-        newton, factorisations, symbolics, solves: how many a run needs.
+        tangents, factorisations, symbolics, solves: how many a run needs; `factorisations` are those of
+            the modes, Newton's method has one a tangent.
         latency: of a message [s].
         bandwidth: of messages [B/s].
     """
@@ -69,11 +76,13 @@ class Model:
     front: float
     entries: float
     rate: float
+    compressed: float
     reading: float
     losses: dict[str, float]
     memory: tuple[float, float, float]
+    memory_loss: float
     graph: float
-    newton: int
+    tangents: int
     factorisations: int
     symbolics: int
     solves: int
@@ -89,19 +98,20 @@ class Model:
         entries = self.entries * N * math.log2(N)
         message = self.latency * levels
         sent = 0.0 if P == 1 else 8 * front**2 * 2 / self.bandwidth + front / 64 * message
-        numeric = ((flops - last) / P * lost["numeric"] + last) / self.rate + sent
+        shared = flops / P * lost["numeric"] / self.rate + sent
+        proved = shared + last * (1 - 1 / P) / self.rate
         solve = 2 * entries / P / self.reading * lost["solve"] + 2 * math.log2(N) * message
         parts = {
             "start": self.start,
-            "assembly": self.newton * self.assembly * N / P * lost["assembly"],
+            "assembly": self.tangents * self.assembly * N / P * lost["assembly"],
             "analysis": self.symbolics * self.symbolic * N,
-            "factorisation": self.factorisations * numeric,
+            "factorisation": self.factorisations * proved + (self.tangents - 1) * self.compressed * shared,
             "solves": self.solves * solve,
             "rest": self.rest * N / P * lost["rest"] + _DOTS * message,
         }
         parts["whole"] = sum(parts.values())
         alone, unknown, entry = self.memory
-        parts["memory"] = alone + unknown * N / P + entry * entries / P
+        parts["memory"] = alone + (unknown * N + entry * entries) / P * (self.memory_loss if P > 1 else 1)
         parts["rank 0"] = parts["memory"] + (self.graph * N if P > 1 else 0.0)
         return parts
 
@@ -128,10 +138,13 @@ def fit(
     def cpu(record: dict[str, Any], *names: str) -> float:
         return sum(record["parts"][name]["cpu"] for name in names)
 
+    compressed = cpu(large, "compressed") / cpu(large, "numeric")
+
     def rest(record: dict[str, Any]) -> float:
         spent = record["whole"]["cpu"] - record["start"]["cpu"]
-        spent -= record["newton"] * cpu(record, "residual", "tangent")
-        spent -= record["factorisations"] * cpu(record, "numeric") + record["solves"] * cpu(record, "solve")
+        spent -= record["tangents"] * cpu(record, "residual", "tangent")
+        factorisations = record["factorisations"] + (record["tangents"] - 1) * compressed
+        spent -= factorisations * cpu(record, "numeric") + record["solves"] * cpu(record, "solve")
         return max(spent - record["symbolic"] * cpu(record, "symbolic"), 0.0)
 
     def loss(first: float, second: float) -> float:
@@ -143,6 +156,7 @@ def fit(
     table = np.array([[1.0, r["unknowns"], r["factors"]["entries"]] for r in one])
     scale = table[-1]
     memory = nnls(table / scale, np.array([r["memory"] * 2**20 for r in one]))[0] / scale
+    beyond = [r["memory"] * 2**20 - r["ranks"] * memory[0] for r in (large, pair)]
     return Model(
         assembly=cpu(large, "residual", "tangent") / N,
         symbolic=cpu(large, "symbolic") / N,
@@ -152,6 +166,7 @@ def fit(
         front=large["factors"]["front"] / math.sqrt(N),
         entries=large["factors"]["entries"] / (N * math.log2(N)),
         rate=large["factors"]["flops"] / cpu(large, "numeric"),
+        compressed=compressed,
         reading=2 * large["factors"]["entries"] / cpu(large, "solve"),
         losses={
             "assembly": loss(cpu(large, "residual", "tangent"), cpu(pair, "residual", "tangent")),
@@ -160,8 +175,9 @@ def fit(
             "rest": loss(rest(large), rest(pair)),
         },
         memory=tuple(memory),
-        graph=12 * large["row"] if "row" in large else 12 * 21.0,  # a row and a column number an entry
-        newton=large["newton"],
+        memory_loss=max(beyond[1] / beyond[0], 1.0),
+        graph=_GRAPH,
+        tangents=large["tangents"],
         factorisations=large["factorisations"],
         symbolics=large["symbolic"],
         solves=large["solves"],
@@ -199,19 +215,22 @@ def check(model: Model, records: list[dict[str, Any]], load: str = "closed") -> 
 
 
 def limits(model: Model) -> str:
-    """What breaks first, as a Markdown list of numbers."""
+    """What breaks first, as a Markdown list."""
     node = 2**30 * 256.0  # memory of a common node
     whole = model.run(1e9, 4096)
     last = (model.front * math.sqrt(1e9)) ** 3 / 3 / model.rate
+    rows = model.front * math.sqrt(1e9)
+    factor = 8 * model.entries * 1e9 * math.log2(1e9)
+    seconds, graph = 1e6 * model.symbolic, 1e6 * model.graph / 2**30
     lines = [
-        f"- The analysis on one rank: {model.symbolic * 1e6:.1f} s a million unknowns however many ranks there "
-        f"are, and {model.graph * 1e6 / 2**30:.2f} GB; a node of 256 GB is full at "
-        f"{node / model.graph:.0e} unknowns, and at 1e9 unknowns on 4096 ranks two analyses would take "
-        f"{whole['analysis']:.0f} s of {whole['whole']:.0f} s.",
-        f"- The last front on one rank: {model.front * math.sqrt(1e9):.0f} rows at 1e9 unknowns, {last:.0f} s "
-        "a factorisation, and as many for each further one.",
-        f"- 32-bit numbers: a matrix of 1e8 unknowns has {21e8:.1e} entries, a PETSc with 32-bit indices "
-        "counts to 2.1e9 on a rank.",
+        f"- **The analysis, on one rank.** {seconds:.1f} s and {graph:.2f} GB a million",
+        "  unknowns, however many ranks there are: a node of 256 GB is full at",
+        f"  {node / model.graph:.0e} unknowns, and of the {whole['whole']:.0f} s predicted for 1e9 unknowns",
+        f"  on 4096 ranks {whole['analysis']:.0f} s are the analysis.",
+        f"- **The last front, on one rank.** {rows:.0f} rows at 1e9 unknowns: {last:.0f} s a",
+        "  factorisation. MUMPS splits it among ranks where it can; this is without.",
+        f"- **The factors' memory.** {factor / 2**40:.1f} TB at 1e9 unknowns, the fullest of 4096 ranks has",
+        f"  {whole['memory'] / 2**30:.1f} GB.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -51,12 +51,13 @@ def runs_table(records: list[Record]) -> str:
         "whole [s]",
         "elapsed [s]",
     ]
-    head += ["Newton steps", "memory [GB]", "bytes an unknown"]
+    head += ["Newton steps", "factorisations", "memory [GB]", "bytes an unknown"]
     rows = []
     for r in sorted(records, key=lambda r: (r["unknowns"], r["ranks"])):
         steps = [r["steps"][name]["cpu"] for name in ("mesh", "set-up", "inflate", "modes")]
         row = [str(r["unknowns"]), str(r["ranks"]), r["start"]["cpu"], *steps, r["whole"]["cpu"]]
-        row += [r["whole"]["seconds"], str(r["newton"]), r["memory"] / 1024]
+        factorisations = r["tangents"] - 1 + r["factorisations"]
+        row += [r["whole"]["seconds"], str(r["newton"]), str(factorisations), r["memory"] / 1024]
         rows.append([*row, f"{r['memory'] * 2**20 / r['unknowns']:.0f}"])
     lines = [table(head, rows)]
     for ranks in sorted({r["ranks"] for r in records}):
@@ -68,11 +69,21 @@ def runs_table(records: list[Record]) -> str:
 
 def work_table(records: list[Record]) -> str:
     """Each kind of work alone."""
-    head = ["unknowns", "ranks", "residual [s]", "tangent", "analysis", "factorisation", "solve"]
+    head = [
+        "unknowns",
+        "ranks",
+        "residual [s]",
+        "tangent",
+        "analysis",
+        "factorisation",
+        "compressed",
+        "solve",
+    ]
     head += ["factor entries an unknown", "Gflop", "largest front"]
     rows = []
     for r in sorted(records, key=lambda r: (r["unknowns"], r["ranks"])):
-        parts = [r["parts"][name]["cpu"] for name in ("residual", "tangent", "symbolic", "numeric", "solve")]
+        names = ("residual", "tangent", "symbolic", "numeric", "compressed", "solve")
+        parts = [r["parts"][name]["cpu"] for name in names]
         factors = r["factors"]
         rows.append([str(r["unknowns"]), str(r["ranks"]), *parts])
         rows[-1] += [

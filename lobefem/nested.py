@@ -87,16 +87,17 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
 
 def _collect(coarse: Balloon, places: Integers, needed: Integers, count: int) -> Array:
     """Displacements (n, 3) of nodes by their place in the grid, from the ranks that own them. Collective."""
-    at: Any = places.astype(PETSc.IntType)
-    rows: Any = needed.astype(PETSc.IntType)
-    whole: Any = None  # of the vector that receives
-    field = PETSc.Vec().createMPI(3 * count, bsize=3, comm=coarse.comm)
-    field.setValuesBlocked(at, coarse.u.x.array[: coarse.map.owned])
+    field: Any = PETSc.Vec().createMPI(3 * count, bsize=3, comm=coarse.comm)
+    field.setValuesBlocked(places.astype(PETSc.IntType), coarse.u.x.array[: coarse.map.owned])
     field.assemble()
     found = PETSc.Vec().createSeq(3 * len(needed), bsize=3)
-    chosen = PETSc.IS().createBlock(3, rows, comm=PETSc.COMM_SELF)
-    scatter = PETSc.Scatter().create(field, chosen, found, whole)
+    chosen: Any = PETSc.IS()
+    chosen.createBlock(3, needed.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+    scatter: Any = PETSc.Scatter()
+    scatter.create(field, chosen, found, None)
     scatter.scatter(field, found)
+    for made in (scatter, chosen, field):
+        made.destroy()
     return found.array_r.reshape(-1, 3)
 
 

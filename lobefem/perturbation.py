@@ -18,7 +18,7 @@ from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.distortions import Distortion, Increment, distort, release_start
 from lobefem.equilibrium import Equilibrium, inflate
-from lobefem.errors import InputError
+from lobefem.errors import ConvergenceError, InputError
 from lobefem.flow import Ledger, Record
 from lobefem.release import Moment, Released, release
 from lobefem.states import Checkpoint, Keepable
@@ -95,8 +95,19 @@ class Perturbed(Glanceable):
 
     @property
     def first_contact(self) -> float | None:
-        """Parameter of the ramp's first step with a contact force [m or rad], None without one."""
-        return next((p.parameter for p in self.ramp if p.contact_force > 0), None)
+        """Parameter at which the ramp brought the film into contact [m or rad], None without contact.
+
+        Where the smallest gap reached the activation distance, interpolated between two steps.
+        """
+        contact = self.original.balloon.contact
+        k = next((k for k, p in enumerate(self.ramp) if p.contact_force > 0), None)
+        if k is None or contact is None:
+            return None
+        last, here = self.ramp[max(k - 1, 0)], self.ramp[k]
+        if last.gap is None or here.gap is None or last.gap <= here.gap:
+            return here.parameter
+        share = min(max((last.gap - contact.activation) / (last.gap - here.gap), 0.0), 1.0)
+        return last.parameter + share * (here.parameter - last.parameter)
 
 
 def perturb(
@@ -127,7 +138,8 @@ def perturb(
 
     Raises:
         InputError: the balloon cannot be distorted so, or `resume` is of another study.
-        ConvergenceError: no equilibrium; its `state` is the last one.
+        ConvergenceError: no equilibrium; its `state` is the last one, and in a ramp `data` holds the
+            `points` up to there.
 
     Collective.
     """
@@ -204,15 +216,19 @@ class _Log:
             if distortion.parameter:
                 left = 1 - begin / distortion.parameter
                 steps = max(math.ceil(steps * left - 1e-9), 1)
-        done = distort(
-            start,
-            distortion,
-            begin=begin,
-            steps=steps,
-            first=1 / 8,
-            on_step=self._ramped,
-            progress=progress,
-        )
+        try:
+            done = distort(
+                start,
+                distortion,
+                begin=begin,
+                steps=steps,
+                first=1 / 8,
+                on_step=self._ramped,
+                progress=progress,
+            )
+        except ConvergenceError as error:
+            error.data["points"] = tuple(self.history)
+            raise
         return done.state
 
     def _ramped(self, increment: Increment, state: Equilibrium) -> None:

@@ -187,7 +187,7 @@ def find_modes(
     eps.setTolerances(tolerance, 500)
     st = eps.getST()
     st.setType(SLEPc.ST.Type.SINVERT)
-    _petsc.set_direct_solver(st.getKSP(), symmetric)
+    _petsc.set_direct_solver(st.getKSP(), symmetric, inertia=symmetric)
     eps.setFromOptions()
     shift = _shift_below(balloon, eps, K, B, symmetric)
 

@@ -73,8 +73,8 @@ def test_validation_is_generated(tmp_path):
     generate = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(generate)
     generate.generate(tmp_path, quick=True)
-    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
-    wanted = {Path(name).name for name in re.findall(r"_generated/\S+?\.(?:md|png)", page)}
+    pages = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    wanted = {Path(name).name for name in re.findall(r"_generated/\S+?\.(?:md|png)", pages)}
     assert wanted == {path.name for path in tmp_path.iterdir()}
     assert "| 24 x 32, linear | 590.7424 | 8.21e-03 | 1.99 |" in (tmp_path / "volumes.md").read_text()
     assert "from n = 7 on every harmonic is unstable" in (tmp_path / "verdicts.md").read_text()
