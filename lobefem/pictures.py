@@ -283,7 +283,7 @@ def _states(run: Run, number: int, pressure: float | None) -> list[tuple[str, St
     if results["command"] != "perturb" or pressure is not None:
         return [("", run.steps[number])]
     # of a run that was stopped and went on in the release, the distorted state is not there
-    released = bool(results["release"]) and results["min_eigenvalue"] is not None
+    released = bool(results["release"]) and results.get("min_eigenvalue") is not None
     names = ["distorted", *(["released"] if released else [])]
     return list(zip(names[-len(run.steps) :], run.steps, strict=True))
 
@@ -335,7 +335,7 @@ def _release(run: Run, width: float) -> Picture:
     view = window(film, panels)
     title = f"{run.results['distortion']} of {run.results['parameter']:g} {run.results['unit']}".capitalize()
     if run.results["release"]:
-        title += f", let go: {run.results['outcome']}"
+        title += f", let go: {run.results.get('outcome', 'stopped')}"
 
     def of(panel: Panel) -> Callable[[Figure], None]:
         return lambda figure: paint(figure, film, [panel], view, title=title, width=width)

@@ -116,7 +116,7 @@ def test_results_tell_their_state_at_a_glance(modes):
     chart = harmonic_chart(finer, range(5))
     critical = critical_pressure(finer, harmonic=4, progress=lines.append)
     path = trace(balloon, [500.0, 1000.0], count=2)
-    assert lines == (["critical pressure of harmonic 4, to 4"] if finer.comm.rank == 0 else [])
+    assert lines == (["critical pressure of harmonic 4"] if finer.comm.rank == 0 else [])
     expected = [
         (balloon.surface, "Surface(2 lobes; mesh 4 x 8; cells 128 triangles; nodes 72", "128 triangles"),
         (balloon, "Balloon(2 lobes, 4 x 8; film FixedWrinkles, 0.05 mm", "clamped, bar rigid"),
