@@ -171,7 +171,8 @@ def run(
         out: folder to write to.
         lobes: of the stack.
         contact: whether to go the first mesh's path with self-contact, too.
-        cell, grading: of the meshes.
+        cell: of the meshes.
+        grading: of the meshes.
         comm: MPI communicator.
         say: called with a line of text after each solve.
     """
