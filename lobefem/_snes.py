@@ -202,7 +202,7 @@ class Separation:
 
     Args:
         snes: whose steps.
-        balloon: with contact, or nothing is done.
+        balloon: with contact, or nothing is done unless there is a `reach`.
         residual: the vector of SNES's function.
         downhill: whether the residual is a gradient; a step that an indefinite tangent sends uphill is
             then turned round.
@@ -218,7 +218,7 @@ class Separation:
     ) -> None:
         self.share = 1.0
         self._balloon, self._residual, self._downhill, self._reach = balloon, residual, downhill, reach
-        if balloon.contact is not None:
+        if balloon.contact is not None or reach < math.inf:
             snes.setLineSearchPreCheck(self._shorten)
 
     def _shorten(self, x: Any, step: Any) -> bool:

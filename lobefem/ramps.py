@@ -106,6 +106,7 @@ class Ramp:
         self._newton = Newton(balloon, q, rtol, max_iterations, PREFIX, "basic", predicted=True)
         # parameter and q of the last two equilibria on one branch
         self._found: list[tuple[float, Any]] = []
+        self._on_branch = 0  # equilibria since the last damped motion
 
     def run(
         self,
@@ -122,7 +123,7 @@ class Ramp:
         # the start itself comes first: the constraint may move it a little
         share, step, target, passed, failed = 0.0, first / steps, 0.0, 0, 0
         while True:
-            lost = 0.0
+            lost: float | None = None
             why, count = self._go(begin + target * span)
             small = (target - share) * steps <= (1 + 1e-9) * _SMALL
             # the first one has no line to go along, and may be too large for Newton's method alone
@@ -132,7 +133,8 @@ class Ramp:
                 passed, failed, share, self._done = passed + 1, 0, target, target
                 if passed > 1:
                     step = min(2 * step, 1 / steps)
-                self._found = [*(self._found[-1:] if not lost else []), (self.guide.parameter, self.q.copy())]
+                self._on_branch = self._on_branch + 1 if lost is None else 1
+                self._found = [*self._found[-1:], (self.guide.parameter, self.q.copy())][-self._on_branch :]
                 state = record(self.balloon, self.q, True, REASONS[2], count, ())
                 self.history.append(self._increment(state, lost))
                 if on_step is not None:
@@ -183,11 +185,17 @@ class Ramp:
             self._progress(said(line, self._done))
 
     def _move(self, target: float) -> tuple[str, int, float]:
-        """Damped motion to an equilibrium at a parameter; as `_go`, and the work of the damping [J]."""
+        """Damped motion to an equilibrium at a parameter: as `_go`, and the energy that this takes [J].
+
+        The work of the damping less what the prediction, from where it starts, has put in.
+        """
         self._back()
+        balloon, q = self.balloon, self.q
+        balloon.freeze_plates(q)
+        before, _ = balloon.energy(q)
         if not self._predict(target):
             return _TOUCHES, 0, 0.0
-        why, count, lost = "", 0, 0.0
+        why, count, lost = "", 0, before - balloon.energy(q)[0]
         for settled in _SETTLED:
             last, begin = self._drift(settled), self.q.copy()
             why, iterations = self._solve()
@@ -272,16 +280,18 @@ class Ramp:
         B.destroy()
         return negative == 0
 
-    def _increment(self, state: Equilibrium, lost: float) -> Increment:
+    def _increment(self, state: Equilibrium, lost: float | None) -> Increment:
         reaction = self.balloon.reaction(self.q)
         before = self.history[-1] if self.history else None
         work = damping = 0.0
         if before is not None:
             points = [(i.parameter, i.reaction) for i in self.history[-2:]]
             # a parabola over a jump would overshoot
-            whole = len(points) == 2 and not lost and self.history[-2].damping == before.damping
-            work = before.work + _integral([*points[0 if whole else -1 :], (state.parameter, reaction)])
-            damping = before.damping + lost
+            whole = self._on_branch > 2
+            gained = _integral([*points[0 if whole else -1 :], (state.parameter, reaction)])
+            # the constraint's own work is not lost
+            lost = 0.0 if lost is None else max(lost + gained, 0.0)
+            work, damping = before.work + gained, before.damping + lost
         return Increment(
             parameter=state.parameter,
             reaction=reaction,

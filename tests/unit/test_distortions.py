@@ -303,13 +303,17 @@ def test_each_step_is_handed_on_and_can_be_gone_on_from(start):
         assert again.reaction == pytest.approx(whole.reaction, rel=1e-7)
 
 
-def test_increments_that_fail_are_halved(start):
-    """Three Newton iterations do for a small increment only."""
-    ramp = distort(start, Tip(1.0), steps=1, max_iterations=3)
+def test_increments_that_fail_are_halved_and_then_crossed_by_damped_motion(start):
+    """Two Newton iterations do for a small increment only; where the damped motion ends is the same."""
+    said = []
+    ramp = distort(start, Tip(1.0), steps=2, max_iterations=2, progress=said.append)
     assert len(ramp.history) > 3
     assert ramp.history[-1].parameter == 1.0
+    assert any("damped motion, settled" in line for line in said)
     whole = distort(start, Tip(1.0), steps=4)
     assert ramp.reaction == pytest.approx(whole.reaction, rel=1e-6)
+    # on one branch no energy is lost, whatever the motion took of what its start had put in
+    assert ramp.history[-1].damping == pytest.approx(0, abs=1e-3 * ramp.history[-1].work)
 
 
 def test_a_failed_ramp_returns_the_last_equilibrium(start):
