@@ -238,7 +238,7 @@ class Flow:
             return why.DIVERGED_DTOL
         if its == 0:
             self._start_norm = norm
-        enough = _ROUGH if its >= _FAILED else _CLOSE
+        enough = _ROUGH if its >= _FAILED and self.balloon.contact is not None else _CLOSE
         if norm > max(0.1 * self.settled * self._load, enough * self._start_norm):
             return None
         x = snes.getSolution()
