@@ -64,6 +64,7 @@ demos: setup
 	$(run) $(python) demos/tip_displacement.py --divisions 8x12 --out $(ALL)/tip_displacement
 	$(run) $(python) demos/contact.py --out $(ALL)/contact
 	$(run) $(python) demos/release.py --divisions 8x12 --out $(ALL)/release
+	$(run) $(python) demos/table2.py --divisions 6x8 --out $(ALL)/table2
 
 # Sphinx is fetched when it is first wanted; the system's versions of what is there already stay.
 sphinx: setup

@@ -368,7 +368,7 @@ def run(
         numbers["random"] = tumble(divisions, random, size, comm, say)
     _save(file, numbers, comm)
     if comm.rank == 0:
-        for angle in sorted({r["amount"] for r in _bends(numbers["runs"])}):
+        for angle in sorted({r["amount"] for r in _bends(numbers["runs"], mesh)}):
             middle(numbers["runs"], mesh, angle).savefig(out / f"fig23_{angle:g}.png", dpi=200)
         landscape(numbers["runs"], mesh).savefig(out / "landscape.png", dpi=200)
     comm.Barrier()
