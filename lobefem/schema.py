@@ -173,6 +173,13 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "history[].mid_hoop_displacement": ("m", "sideways, of the middle hoop's centre"),
         "history[].contact_force": ("N", "in all"),
         "history[].time": ("s", "in the release; null in the ramp"),
+        "history[].residual": ("", "unbalanced forces over the norm of the pressure's nodal forces"),
+        "history[].ledger.strain": ("J", "gain in strain energy since the pressurised balloon"),
+        "history[].ledger.contact": ("J", "gain in contact energy"),
+        "history[].ledger.pressure": ("J", "work of the gas"),
+        "history[].ledger.constraint": ("J", "work of the constraint"),
+        "history[].ledger.damping": ("J", "taken by damping"),
+        "history[].ledger.euler": ("J", "the same as implicit Euler counts it"),
     },
     "sweep": {
         "of": ("", "the command of each point"),
