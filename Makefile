@@ -20,17 +20,19 @@ mpirun = $(or $(wildcard $(VENV)/bin/mpirun),mpirun)
 run = $(shell grep -sqx system $(VENV)/lobefem-setup && echo docker/entry.sh)
 sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
-.PHONY: help setup sphinx demo demos docs links test harden bench bench-peers lint types check clean distclean
+.PHONY: help setup sphinx demo demos docs links test harden bench bench-peers bench-scaling lint types check clean distclean
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
-	@echo "make demo       figures and tables of demos/stability.py in $(OUT)"
+	@echo "make demo       figures, tables and report.html of demos/stability.py in $(OUT)"
 	@echo "make demos      all demos on coarse meshes in $(ALL), about four minutes"
 	@echo "make docs       the documentation in $(DOCS), warnings as errors; make links: its outer links"
 	@echo "make test       the test suite, serial and on two MPI ranks"
 	@echo "make harden     ten thousand broken inputs and fifty kills, CASES=10000 of them; some hours"
-	@echo "make bench      the common problem by lobefem and the other programs, in out/bench; about an hour"
+	@echo "make bench      the common problem by lobefem and the other programs, in out/bench; about an hour,"
+	@echo "                BENCH=--short: lobefem and Surface Evolver on fine meshes, a few minutes"
 	@echo "make bench-peers  get the other programs, into .peers; BENCH='--runs 3 --meshes 24x32' chooses"
+	@echo "make bench-scaling  ten thousand to a million unknowns on one rank and two, in out/scaling"
 	@echo "make lint       ruff and import-linter"
 	@echo "make types      mypy"
 	@echo "make check      lint and types"
@@ -39,7 +41,7 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo demos docs links test harden bench lint types check:
+setup demo demos docs links test harden bench bench-scaling lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
 		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
 
@@ -91,6 +93,9 @@ harden: setup
 
 bench: setup
 	$(run) $(python) -m benchmarks.compare $(BENCH)
+
+bench-scaling: setup
+	$(run) $(python) -m benchmarks.scaling $(BENCH)
 
 bench-peers: setup
 	benchmarks/install_peers.sh $(python)

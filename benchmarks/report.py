@@ -21,8 +21,14 @@ def exponent(rows: list[Row]) -> float | None:
     return float(np.polyfit(x, y, 1)[0])
 
 
-def write_report(folder: Path, rows: list[Row]) -> None:
-    """Write results.md and scaling.png into a folder."""
+def write_report(folder: Path, rows: list[Row], first: list[Row]) -> None:
+    """Write results.md and scaling.png into a folder.
+
+    Args:
+        folder: where.
+        rows: the medians.
+        first: the runs before all others, in which lobefem compiles its forms.
+    """
     lines = []
     for case in dict.fromkeys(row["case"] for row in rows):
         lines += [f"### {case.capitalize()}", ""]
@@ -46,6 +52,7 @@ def write_report(folder: Path, rows: list[Row]) -> None:
             if (b := exponent(of)) is not None:
                 lines.append(f"{program}: time grows as unknowns^{b:.2f}.")
         lines.append("")
+    lines += [_compiled(row) for row in first if row.get("profile")]
     lines += [
         "Ratio: time over lobefem's. Errors are relative, to the answers on which the programs agree; a time",
         "counts where the volume is right to 1e-7 and the largest displacement to 1e-5. MB: peak of the",
@@ -56,6 +63,12 @@ def write_report(folder: Path, rows: list[Row]) -> None:
     ]
     (folder / "results.md").write_text("\n".join(lines), encoding="utf-8")
     _figure(folder / "scaling.png", rows)
+
+
+def _compiled(row: Row) -> str:
+    """What lobefem's first run of a case spent on its forms."""
+    seconds = row["profile"]["stages"]["form compilation"]["seconds"]
+    return f"Compiled forms are kept: the first run, {row['case']}, took {seconds:.1f} s for them.  "
 
 
 def _line(row: Row, rows: list[Row]) -> str:

@@ -1,4 +1,4 @@
-"""From the one rank that ran Gmsh to all: the distributed mesh and its tags.
+"""From the ranks that made a mesh, mostly the one that ran Gmsh, to all: the distributed mesh and its tags.
 
 Tags need no messages about entities: DOLFINx remembers under which number every cell and every
 node was handed over.
@@ -61,14 +61,14 @@ def on_root[T](
 def distribute_mesh(
     comm: Any, cell: str, order: int, x: npt.NDArray[np.float64] | None, cells: Integers | None
 ) -> Mesh:
-    """The mesh of what rank 0 hands over, ghosted over facets. Collective.
+    """The mesh of what rank 0 or each rank hands over, ghosted over facets. Collective.
 
     Args:
         comm: MPI communicator.
         cell: name of the cell type.
         order: degree of the geometry.
-        x: positions [m] on rank 0, shape (n, 3), None elsewhere.
-        cells: nodes in DOLFINx's order on rank 0, shape (m, nodes per cell), None elsewhere.
+        x: positions [m], shape (n, 3), None on a rank that has none; nodes are numbered rank by rank.
+        cells: nodes in DOLFINx's order, shape (m, nodes per cell), None on a rank that has none.
     """
     element = basix.ufl.element(
         "Lagrange", cell, order, lagrange_variant=basix.LagrangeVariant.equispaced, shape=(3,)

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
 
 __all__ = ["Facets", "Gathering", "film_facets"]
 
@@ -78,6 +77,8 @@ class Gathering:
         """This rank's rows, as the arrays of CSR, of a sparse matrix of rank 0. Collective."""
         parts = None
         if self.counts is not None:
+            from scipy import sparse  # slow to import, and most films do not touch themselves
+
             rows = sparse.csr_array(matrix)
             ends = np.concatenate([[0], np.cumsum(self.counts)])
             blocks = [rows[a:b] for a, b in pairwise(ends)]
@@ -101,6 +102,8 @@ def film_facets(V: Any, rims: tuple[npt.NDArray[np.int32], ...]) -> Facets | Non
     parts = comm.gather((V.tabulate_dof_coordinates()[: dofs.size_local], triangles, on_rims), root=0)
     if parts is None:
         return None
+    from scipy import sparse  # as above
+
     x, triangles = (np.concatenate([p[k] for p in parts]) for k in range(2))
     fans, means = [], []
     for k in range(len(rims)):

@@ -18,6 +18,7 @@ from lobefem.errors import InputError
 __all__ = [
     "check_file",
     "on_root",
+    "plain",
     "replace",
     "replacing",
     "require_everywhere",
@@ -30,14 +31,15 @@ __all__ = [
 
 def to_json(results: dict[str, Any]) -> str:
     """JSON text; a number that is not finite becomes null."""
-    return json.dumps(_plain(results), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(plain(results), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Data as JSON has it; a number that is not finite becomes None."""
     if isinstance(value, dict):
-        return {str(key): _plain(v) for key, v in value.items()}
+        return {str(key): plain(v) for key, v in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if isinstance(value, (float, np.floating)):
         return float(value) if math.isfinite(value) else None
     return int(value) if isinstance(value, np.integer) else value

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 import os
+import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -159,6 +161,9 @@ def _model() -> Iterator[Any]:
     ours = not gmsh.isInitialized()
     if ours:  # no argv, no configuration files, and no handler for Ctrl-C
         gmsh.initialize([], readConfigFiles=False, interruptible=False)
+        handler = signal.getsignal(signal.SIGTERM)
+        if handler is not None and threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGTERM, handler)  # Gmsh has put the default in its place
     before = {name: gmsh.option.getNumber(name) for name in _OPTIONS}
     current = None if ours else gmsh.model.getCurrent()
     name = f"lobefem-{os.getpid()}"

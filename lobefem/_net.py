@@ -3,7 +3,8 @@
 The coordinates of a stack are t, the arc length along the meridian from the bottom rim [m], and
 theta, the azimuth [rad]. Whatever Gmsh's spacing was, here the nodes of a structured mesh get
 their exact stations, those of an unstructured one their foot on the surface; mid-side nodes are
-the mid-points in (t, theta). Serial NumPy: this runs on the rank that ran Gmsh.
+the mid-points in (t, theta). Serial NumPy: it runs on the rank that ran Gmsh, or, for a grid, on each
+rank for its own rows.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy.typing as npt
 from lobefem._gmsh import Meridian, RawMesh
 from lobefem.errors import SolveError
 
-__all__ = ["Net", "place", "sector_of", "structured_net", "unstructured_net", "with_midpoints"]
+__all__ = ["Net", "grid", "place", "sector_of", "structured_net", "unstructured_net", "with_midpoints"]
 
 Reals = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -27,14 +28,14 @@ _EDGES = {3: ((1, 2), (0, 2), (0, 1)), 4: ((0, 1), (0, 2), (1, 3), (2, 3))}
 
 @dataclass(frozen=True)
 class Net:
-    """Nodes and cells in surface coordinates.
+    """Nodes and cells in surface coordinates: all of a surface's, or those of some rows of a grid.
 
     Args:
         t: arc length of each node from the bottom rim [m], shape (n,).
         theta: azimuth of each node [rad], shape (n,).
         cells: nodes in DOLFINx's order, shape (m, nodes per cell), those of a lobe in a row and
             every cell's normal pointing outwards.
-        first_cell: first cell of each lobe, and m, shape (lobes + 1,).
+        first_cell: first cell of each lobe of the surface, and the number of its cells, (lobes + 1,).
         rings: vertices of the edges of the bottom rim, each seam and the top rim, shape (k, 2).
     """
 
@@ -45,18 +46,22 @@ class Net:
     rings: list[Integers]
 
 
-def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], diagonals: str | None) -> Net:
-    """Number Gmsh's quadrilaterals by row i and column j; cut them into triangles if asked.
+def structured_net(
+    raw: RawMesh,
+    shape: Meridian,
+    divisions: tuple[int, int],
+    diagonals: str | None,
+    grading: float = 0.0,
+) -> Net:
+    """The `grid` that Gmsh's quadrilaterals are, by row i and column j.
 
-    Node (i, j) of N columns has the number i N + j and lies at t = i arc_length / M, theta =
-    2 pi j / N exactly. With A = (i, j), B = (i, j+1), C = (i+1, j+1), D = (i+1, j) the triangles
-    are (A, B, C), (A, C, D), and where `diagonals` is 'alternating' and i + j is odd they are
-    (A, B, D), (B, C, D); with None the cells stay quadrilaterals.
+    Raises:
+        SolveError: they are not.
     """
     M, N = divisions
     lobes = len(raw.rings) - 1
     rows = lobes * M
-    t, theta = _on_surface(raw, shape)
+    t, theta = _on_surface(raw, shape, steps=1)  # the nearest row and column are all that counts
     row, column = t * M / shape.arc_length, theta * N / (2.0 * np.pi)
     i, j = np.rint(row).astype(np.int64), np.rint(column).astype(np.int64)
     off = max(np.abs(row - i).max(), np.abs(column - j).max())
@@ -73,8 +78,40 @@ def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], di
             f"Gmsh's structured mesh is not the grid of {rows} x {N} cells that was asked for "
             f"(nodes up to {off:.2g} steps off); try other divisions"
         )
+    return grid(shape, lobes, divisions, diagonals, grading)
 
-    i, j = (index.ravel() for index in np.indices((rows, N)))
+
+def grid(
+    shape: Meridian,
+    lobes: int,
+    divisions: tuple[int, int],
+    diagonals: str | None,
+    grading: float = 0.0,
+    share: int = 0,
+    of: int = 1,
+) -> Net:
+    """A structured net, or the rows of one of several equal shares.
+
+    Node (i, j) of N columns has the number i N + j and lies at t = i arc_length / M, theta =
+    2 pi j / N exactly; with a grading g the rows of each lobe are at (1 - g) x + g sin(pi x/2) in the
+    place of x, -1 to 1 over the lobe. With A = (i, j), B = (i, j+1), C = (i+1, j+1), D = (i+1, j) the
+    triangles are (A, B, C), (A, C, D), and where `diagonals` is 'alternating' and i + j is odd they are
+    (A, B, D), (B, C, D); with None the cells stay quadrilaterals.
+
+    Args:
+        shape: one lobe.
+        lobes: their number.
+        divisions: (M, N), rows of cells in a lobe and columns.
+        diagonals: 'same', 'alternating' or None.
+        grading: g, 0 for even rows.
+        share: which one, from 0; the last one has the top row of nodes besides.
+        of: number of shares.
+    """
+    M, N = divisions
+    rows = lobes * M
+    first, end = rows * share // of, rows * (share + 1) // of
+    i, j = (index.ravel() for index in np.indices((end - first, N)))
+    i += first
     right = (j + 1) % N
     A, B, C, D = i * N + j, i * N + right, (i + 1) * N + right, (i + 1) * N + j
     if diagonals is None:
@@ -86,11 +123,17 @@ def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], di
             cells[odd] = np.column_stack((A, B, D, B, C, D))[odd]
         cells = cells.reshape(-1, 3)
     ring = np.column_stack((np.arange(N), (np.arange(N) + 1) % N))
+    of_nodes = np.arange(first, end + (share == of - 1))
+    along = of_nodes / M
+    if grading:
+        lobe = np.minimum(of_nodes // M, lobes - 1)
+        x = 2 * (along - lobe) - 1
+        along = lobe + (1 + (1 - grading) * x + grading * np.sin(np.pi / 2 * x)) / 2
     return Net(
-        t=np.repeat(shape.arc_length * (np.arange(rows + 1) / M), N),
-        theta=np.tile(2.0 * np.pi * np.arange(N) / N, rows + 1),
+        t=np.repeat(shape.arc_length * along, N),
+        theta=np.tile(2.0 * np.pi * np.arange(N) / N, len(of_nodes)),
         cells=cells,
-        first_cell=np.arange(lobes + 1) * (len(cells) // lobes),
+        first_cell=np.arange(lobes + 1) * (M * N * (1 if diagonals is None else 2)),
         rings=[ring + k * M * N for k in range(lobes + 1)],
     )
 
@@ -185,7 +228,7 @@ def place(shape: Meridian, lobes: int, t: Reals, theta: Reals) -> Reals:
     return np.column_stack((R * np.cos(theta), R * np.sin(theta), z))
 
 
-def _on_surface(raw: RawMesh, shape: Meridian) -> tuple[Reals, Reals]:
+def _on_surface(raw: RawMesh, shape: Meridian, steps: int = 6) -> tuple[Reals, Reals]:
     """Surface coordinates of the foot of each of Gmsh's points."""
     x, y, height = raw.points.T
     lobe = np.clip(np.floor(height / shape.height), 0, len(raw.rings) - 2)
@@ -193,7 +236,7 @@ def _on_surface(raw: RawMesh, shape: Meridian) -> tuple[Reals, Reals]:
     half = 0.5 * shape.arc_length
     table = shape.stations(256)
     s = np.interp(z, shape.z(table), table)
-    for _ in range(6):  # Gauss-Newton: the points are within the spline's error of the surface
+    for _ in range(steps):  # Gauss-Newton: the points are within the spline's error of the surface
         radial, axial = shape.slope(s)
         s = np.clip(s + (R - shape.radius(s)) * radial + (z - shape.z(s)) * axial, -half, half)
     distance = np.hypot(R - shape.radius(s), z - shape.z(s)).max()

@@ -16,6 +16,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 __all__ = [
+    "COMPRESS",
     "PREFIXES",
     "SYMMETRIC",
     "asymmetry",
@@ -34,7 +35,17 @@ PREFIXES = (
 # head room [%] for pivoting beyond MUMPS's estimate; null pivots are detected so that a rigid motion
 # which the supports leave free does not poison the step
 _MUMPS = {"mat_mumps_icntl_14": 60, "mat_mumps_icntl_24": 1}
+# the last front by MUMPS itself: ScaLAPACK, which shares it among many ranks, does not tell the inertia
+_INERTIA = {"mat_mumps_icntl_13": 1}
 
+
+# A large matrix's fronts are of low rank block by block: MUMPS compresses them to a relative 1e-10, which
+# halves the work of a factorisation at a million unknowns, and two or three steps of GMRES make up for it.
+# Below so many unknowns there is nothing to gain.
+COMPRESS = 300_000
+_COMPRESSED = {"mat_mumps_icntl_35": 2, "mat_mumps_cntl_7": 1e-10}
+_EXACT = {"mat_mumps_icntl_35": 0, "mat_mumps_cntl_7": 0.0}
+_ours: dict[str, str] = {}  # options that `set_direct_solver` has put into PETSc's database
 
 # relative asymmetry below which a tangent counts as symmetric
 SYMMETRIC = 1e-12
@@ -98,22 +109,41 @@ def _check_options(text: str) -> None:
         after_name = is_name
 
 
-def set_direct_solver(ksp: Any, symmetric: bool) -> None:
+def set_direct_solver(ksp: Any, symmetric: bool, *, compressed: bool = False, inertia: bool = False) -> None:
     """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not.
 
-    MUMPS's options stay in PETSc's database under the solver's prefix: PETSc reads them whenever it makes
+    Options of the user's under the solver's prefix make it another solver.
+
+    MUMPS's options stay in PETSc's database under that prefix: PETSc reads them whenever it makes
     a factor's matrix, which is when there are operators, and again after `PC.reset`.
+
+    Args:
+        ksp: with its prefix.
+        symmetric: whether its matrices are.
+        compressed: factors of low rank block by block, and a few steps of GMRES with them.
+        inertia: whether the factors are asked for theirs.
     """
-    ksp.setType(PETSc.KSP.Type.PREONLY)
+    ksp.setType(PETSc.KSP.Type.GMRES if compressed else PETSc.KSP.Type.PREONLY)
+    if compressed:
+        ksp.setTolerances(rtol=1e-8, max_it=30)
     pc = ksp.getPC()
     pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
     pc.setFactorSolverType("mumps")
-    database: Any = PETSc.Options(pc.getOptionsPrefix() or "")
-    for name, value in _MUMPS.items():
-        if not database.hasName(name):  # the user's own
+    values = _MUMPS | (_COMPRESSED if compressed else _EXACT) | (_INERTIA if inertia else {})
+    prefix = pc.getOptionsPrefix() or ""
+    database: Any = PETSc.Options(prefix)
+    for name, value in values.items():
+        # what is there may be the user's own, or of another solver that was made here
+        if not database.hasName(name) or database.getString(name) == _ours.get(prefix + name):
             database[name] = value
+            _ours[prefix + name] = database.getString(name)
     pc.setFromOptions()
     ksp.setFromOptions()
+    ksp.setPreSolve(_look)
+
+
+def _look(ksp: Any, b: Any, x: Any) -> None:
+    """What lets Python look for Ctrl-C in an eigensolver, which asks for nothing else from solve to solve."""
 
 
 def asymmetry(matrix: Any) -> float:
@@ -133,7 +163,7 @@ def num_negative(matrix: Any) -> int:
     pc.setOperators(matrix)
     pc.setType(PETSc.PC.Type.CHOLESKY)
     pc.setFactorSolverType("mumps")
-    with options("lobefem_inertia_", {**_MUMPS, "mat_mumps_icntl_13": 1}):
+    with options("lobefem_inertia_", _MUMPS | _INERTIA):
         pc.setFromOptions()
         pc.setUp()
     negative = pc.getFactorMatrix().getInertia()[0]

@@ -6,27 +6,38 @@ import math
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from lobefem import _petsc
 from lobefem.balloon import Balloon
 
 # isort: split
+from mpi4py import MPI
 from petsc4py import PETSc
 
 __all__ = [
     "REASONS",
+    "STUCK",
     "EnergySearch",
     "Newton",
+    "Separation",
     "follow_pattern",
     "free_share",
     "has_symmetric_load",
-    "keep_apart",
+    "largest_step",
     "set_up",
 ]
+
+Array = npt.NDArray[np.float64]
+
+# Newton steps with a kept tangent that cost less than a new one, its factorisation and its own steps, on
+# a mesh of that many unknowns
+_CHEAP_STEPS, _MANY = 10, 9000
 
 _WORDS = {
     "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
     "DIVERGED_MAX_IT": "too many iterations",
+    "DIVERGED_DTOL": "residual grows without bound",
     "DIVERGED_LINE_SEARCH": "line search failed",
     "DIVERGED_LINEAR_SOLVE": "linear solve failed",
     "DIVERGED_FNORM_NAN": "residual is not a number",
@@ -39,6 +50,16 @@ REASONS: dict[int, str] = {
     if isinstance(value, int)
 }
 
+# whole steps whose residual is so many times the load lead nowhere: the film would be strained by 1
+_WILD = 1e6
+# a step of which contact leaves less does not help
+STUCK = 1e-3
+
+
+def largest_step(balloon: Balloon) -> float:
+    """Largest component of a sensible Newton step [m, rad]: a tenth of the square root of the film's area."""
+    return 0.1 * math.sqrt(balloon.reference_area)
+
 
 class EnergySearch:
     """SNES's objective: the energy (see `Balloon.energy`).
@@ -49,29 +70,83 @@ class EnergySearch:
 
     Args:
         balloon: whose energy.
+
+    Attributes:
+        limit: residual beyond which whole steps lead nowhere [N, N m].
+        separation: what cuts the steps of a balloon with contact.
     """
 
     def __init__(self, balloon: Balloon) -> None:
         self.balloon = balloon
+        self.limit = math.inf
+        self.separation: Separation | None = None
         self._base: float | None = None
         self._stiffness: Any = None
+        self._tangent_at: Array | None = None  # where SNES's matrix was assembled
+        self._norm = math.inf
+        self._known: tuple[Array, tuple[float, float]] | None = None  # the last energy, and where
 
-    def tangent(self, snes: Any, x: Any) -> Any:
-        """The balloon's tangent at x, from where a new line search starts. Collective."""
-        self._base = None
-        K = self.balloon.tangent(x, iteration=True)
-        follow_pattern(snes, self.balloon)
+    def assemble(self, x: Any, before: Any = None) -> Any:
+        """The tangent at x, which `tangent` need not assemble again there. Collective.
+
+        Args:
+            x: unknowns.
+            before: those before the last step, for the stress that it predicted.
+        """
+        K = self.balloon.tangent(x, iteration=True, before=before)
         self._stiffness = K.getDiagonal(self._stiffness)
+        self._tangent_at = self._place(x)
         return K
+
+    def tangent(self, snes: Any, x: Any, last: Any = None) -> None:
+        """Bring the tangent, from where a new line search starts, up to date at x. Collective.
+
+        It stays as it is, and so does its factorisation, on a large mesh where the residual falls so
+        fast that `_CHEAP_STEPS` more with it will do. With a predicted stress it is one of the last step,
+        and new each time.
+
+        Args:
+            snes: that asks.
+            x: unknowns.
+            last: those before the last step, for the stress that it predicted; x is written there.
+        """
+        self._base = None
+        before, self._norm = self._norm, snes.getFunctionNorm()
+        begins = not snes.getIterationNumber()
+        if last is not None:
+            self.assemble(x, None if begins else last)
+            x.copy(last)
+        else:
+            _, atol, _, _ = snes.getTolerances()
+            # the barrier of film in contact is too steep for the tangent of another place
+            large = self.balloon.contact is None and self.balloon.map.size > _MANY
+            falls = not begins and self._norm < before
+            if large and falls and self._norm * (self._norm / before) ** _CHEAP_STEPS <= atol:
+                return
+            if self._same(self._tangent_at, x):
+                return
+            self.assemble(x)
+        follow_pattern(snes, self.balloon)
 
     def __call__(self, snes: Any, x: Any) -> float:
         """The objective at x. Collective."""
         if self._base is None:
             self.balloon.freeze_plates(x)
-        energy, size = self.balloon.energy(x)
+        # a line search starts where the last one ended
+        if self._known is None or not self._same(self._known[0], x):
+            self._known = self._place(x), self.balloon.energy(x)
+        energy, size = self._known[1]
         if self._base is None:
             self._base = energy
         return self._base if abs(energy - self._base) <= 1e-12 * size else energy
+
+    def _place(self, x: Any) -> Array:
+        return np.append(x.array_r, (self.balloon.pressure.value, self.balloon.prestress.value))
+
+    def _same(self, place: Array | None, x: Any) -> bool:
+        """Whether a place is x under the present loads. Collective."""
+        same = place is not None and np.array_equal(place, self._place(x))
+        return bool(self.balloon.comm.allreduce(same, op=MPI.LAND))
 
     def converged(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
         """Whether the residual is below the tolerance, or below what it can resolve. Collective.
@@ -83,6 +158,11 @@ class EnergySearch:
         if not math.isfinite(norms[2]):
             # PETSc 3.24 renamed it
             return getattr(why, "DIVERGED_FUNCTION_NANORINF", None) or why.DIVERGED_FNORM_NAN
+        if norms[2] > self.limit:
+            return why.DIVERGED_DTOL
+        cut = self.separation.share if iteration and self.separation is not None else 1.0
+        if self.limit < math.inf and cut < STUCK:
+            return why.DIVERGED_LINE_SEARCH
         floor = 0.0
         if iteration:
             noise = self._stiffness.duplicate()
@@ -117,8 +197,8 @@ def follow_pattern(snes: Any, balloon: Balloon) -> None:
         snes.getKSP().getPC().reset()
 
 
-def keep_apart(snes: Any, balloon: Balloon, residual: Any, downhill: bool) -> None:
-    """Cut Newton's steps where the film would touch itself.
+class Separation:
+    """Cuts Newton's steps where the film would touch itself.
 
     Args:
         snes: whose steps.
@@ -126,20 +206,30 @@ def keep_apart(snes: Any, balloon: Balloon, residual: Any, downhill: bool) -> No
         residual: the vector of SNES's function.
         downhill: whether the residual is a gradient; a step that an indefinite tangent sends uphill is
             then turned round.
-    """
-    if balloon.contact is None:
-        return
+        reach: a step of which a component is larger is not gone at all [m, rad]: it leads nowhere, and to
+            look for what it would touch takes long.
 
-    def shorten(x: Any, step: Any) -> bool:
+    Attributes:
+        share: of the last step that was gone.
+    """
+
+    def __init__(
+        self, snes: Any, balloon: Balloon, residual: Any, downhill: bool, reach: float = math.inf
+    ) -> None:
+        self.share = 1.0
+        self._balloon, self._residual, self._downhill, self._reach = balloon, residual, downhill, reach
+        if balloon.contact is not None:
+            snes.setLineSearchPreCheck(self._shorten)
+
+    def _shorten(self, x: Any, step: Any) -> bool:
         """Change Newton's step, x - step; whether it was."""
-        uphill = downhill and residual.dot(step) < 0
+        uphill = self._downhill and self._residual.dot(step) < 0
         if not uphill:
             step.scale(-1.0)
-        share = free_share(balloon, x, step)
-        step.scale(-share)
-        return uphill or share < 1
-
-    snes.setLineSearchPreCheck(shorten)
+        wild = not step.norm(PETSc.NormType.NORM_INFINITY) <= self._reach
+        self.share = 0.0 if wild else free_share(self._balloon, x, step)
+        step.scale(-self.share)
+        return uphill or self.share < 1
 
 
 def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = "bt") -> None:
@@ -156,7 +246,7 @@ def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = 
     if search.balloon.forms.has_energy and (symmetric or search.balloon.motion is not None):
         snes.setObjective(search)
     snes.setConvergenceTest(search.converged)
-    _petsc.set_direct_solver(snes.getKSP(), symmetric)
+    _petsc.set_direct_solver(snes.getKSP(), symmetric, compressed=search.balloon.map.size >= _petsc.COMPRESS)
     # petsc4py before 3.23 has no handle on the line search
     with _petsc.options(snes.getOptionsPrefix(), {"snes_linesearch_type": line_search}):
         snes.setFromOptions()
@@ -172,9 +262,12 @@ class Newton:
         max_iterations: of one solve.
         prefix: of PETSc's options.
         line_search: see `set_up`.
+        predicted: solve with the stress that the last step predicted (`WeakForms.predicted`), for
+            whole steps.
 
     Attributes:
         norm: of the last residual [N, N m].
+        symmetric: whether the tangent is.
     """
 
     def __init__(
@@ -185,19 +278,28 @@ class Newton:
         max_iterations: int,
         prefix: str,
         line_search: str = "bt",
+        predicted: bool = False,
     ) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
-        search = EnergySearch(balloon)
-        symmetric = has_symmetric_load(balloon, q)
-        K = balloon.tangent(q, iteration=True)
+        self._last = q.duplicate() if predicted else None
+        self._search = search = EnergySearch(balloon)
+        self.symmetric = symmetric = has_symmetric_load(balloon, q)
+        K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
-        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x), K)
+        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x, self._last), K)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
-        keep_apart(snes, balloon, self._r, symmetric or balloon.motion is not None)
+        downhill = symmetric or balloon.motion is not None
+        reach = largest_step(balloon) if predicted else math.inf
+        search.separation = Separation(snes, balloon, self._r, downhill, reach)
+        if snes.getKSP().getPC().getType() == PETSc.PC.Type.GAMG:  # the user's choice
+            x = balloon.V.tabulate_dof_coordinates()
+            K.setNearNullSpace(
+                PETSc.NullSpace().create(vectors=balloon.map.rigid_motions(x), comm=balloon.comm)
+            )
 
     def solve(self, q: Any) -> tuple[int, int]:
         """Solve from q in place; returns SNES's converged reason and iterations. Collective."""
@@ -206,6 +308,8 @@ class Newton:
         if scale == 0.0:
             scale = self._r.norm() or 1.0
         self.snes.setTolerances(atol=self.rtol * scale)
+        if self._last is not None:
+            self._search.limit = max(_WILD * scale, 10 * self._r.norm())
         self.snes.solve(None, q)
         self.norm = self.snes.getFunctionNorm()
         reason: Any = self.snes.getConvergedReason()
@@ -215,6 +319,8 @@ class Newton:
         """Free the PETSc objects and with them the references to the balloon."""
         self.snes.destroy()
         self._r.destroy()
+        if self._last is not None:
+            self._last.destroy()
 
 
 def free_share(balloon: Balloon, q: Any, step: Any) -> float:

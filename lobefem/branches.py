@@ -12,13 +12,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import linear_sum_assignment
 
-from lobefem.stability import Modes
+if TYPE_CHECKING:
+    from lobefem.stability import Modes
 
 __all__ = ["Branch", "follow", "unclear"]
 

@@ -13,12 +13,13 @@ import sys
 import traceback
 from collections.abc import Callable
 from contextlib import nullcontext
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lobefem import __version__, options, profiling, texts
-from lobefem.console import Ranks, show, show_profile, stdout_to_stderr
+from lobefem.console import Ranks, show, show_profile, show_rows, stdout_to_stderr
 from lobefem.errors import InputError, LobefemError
 from lobefem.reporting import reporting
 
@@ -206,6 +207,125 @@ def perturb(
     _run(context, study)
 
 
+@app.command(
+    epilog=_examples(
+        "lobefem plot run --what modes",
+        "lobefem plot run --what stress --width 170 --to stress.svg",
+        "lobefem plot run --what release --format gif",
+    )
+)
+def plot(
+    context: typer.Context,
+    folder: options.RunDir,
+    what: options.What,
+    to: options.PictureFile = None,
+    format: options.Format = None,  # noqa: A002  --format
+    pressure: options.AtPressure = None,
+    mode: options.ModeNumbers = None,
+    width: options.Width = "85",
+) -> None:
+    """A picture of what a run folder holds, for paper or screen; modes and releases move as GIF or MP4."""
+    at = None if pressure is None else texts.pressure("--pressure", pressure)
+    numbers, wide = texts.integers("--mode", mode), texts.positive("--width", width)
+    if context.obj.is_root:
+        from lobefem.pictures import save_picture
+
+        path = save_picture(folder, what, to, format, pressure=at, modes=numbers, width=wide)
+        print(f"The picture is {path}")
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem sweep demos/lobes.toml --out run",
+        "lobefem sweep demos/lobes.toml --out run --resume --workers 4",
+        "mpirun -n 17 lobefem sweep demos/lobes.toml --out run",
+    )
+)
+def sweep(
+    context: typer.Context,
+    file: options.SweepFile,
+    out: options.SweepFolder,
+    workers: options.Workers = None,
+    overwrite: options.Overwrite = False,
+    resume: options.Resume = False,
+    report: options.Report = False,
+    json: options.Json = None,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> int:
+    """One command over many designs, pressures, films: a table and a chart, each point kept."""
+    from lobefem import parameter_runs as runs
+    from lobefem._files import on_root
+    from lobefem.parameter_study import load
+
+    if resume and overwrite:
+        raise InputError("--resume goes on with a sweep and --overwrite replaces it; give one of them")
+    number = len(os.sched_getaffinity(0)) if workers is None else texts.integer("--workers", workers, 1)
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    known = {name: {p.opts[0].lstrip("-") for p in one.params} for name, one in commands.items()}
+    ranks = context.obj
+
+    def prepare() -> Any:
+        study = load(file, known)
+        runs.begin(study, out, resume=resume, overwrite=overwrite)
+        return study
+
+    volume = _volume(context)
+    study = prepare() if ranks.comm is None else on_root(ranks.comm, file, prepare)
+    ranks.stop.note = lambda: f"; finished points are in {out}, go on with --resume"
+    with (
+        runs.workers(number, ranks.comm) as executor,
+        reporting(ranks.is_root, ranks.stop, **volume) as progress,
+    ):
+        if executor is None:
+            return 0
+        rows = runs.run(study, out, executor, progress=progress)
+    code = _swept(study, rows, out, json, volume["quiet"])
+    if report:
+        from lobefem.report import write_report
+
+        write_report(out)
+    return code
+
+
+def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> int:
+    """The end of a sweep, on rank 0: files, table, exit code."""
+    from lobefem import parameter_runs as runs
+    from lobefem._files import replace, replacing, to_json
+    from lobefem.parameter_chart import parameter_chart
+
+    found = runs.results(study, rows)
+    text = to_json(found)
+    with replacing(out / "sweep.png") as stream:
+        parameter_chart(study, rows).savefig(stream, format="png")
+    replace(out / "table.csv", runs.as_csv(study, rows))
+    replace(out / "results.json", text)
+    for warning in found["warnings"]:
+        print(f"lobefem: warning: {warning}", file=sys.stderr)
+    if json == "-":
+        sys.stdout.write(text)
+    else:
+        if json:
+            replace(Path(json), text)
+        if not quiet:
+            show_rows(list(runs.table(study, rows)))
+            print(f"Table, chart and the points' own folders are in {out}")
+    sys.stdout.flush()
+    return 3 if found["failed"] == len(rows) else 0
+
+
+@app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))
+def report(
+    context: typer.Context,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of them.")],
+) -> None:
+    """One page of all that a run folder holds: DIR/report.html, which needs no network."""
+    if context.obj.is_root:
+        from lobefem.report import write_report
+
+        print(f"The report is {_printable(write_report(folder))}")
+
+
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
 def doctor(context: typer.Context, quiet: options.Quiet = False, verbose: options.Verbose = False) -> int:
     """Does this installation work, part by part; what to do about what does not. Exit code 1 if so."""
@@ -283,6 +403,8 @@ def _folder(given: dict[str, Any], comm: Any) -> Any:
         raise InputError("--resume goes on with the run in --out; give that folder")
     if resume and given["overwrite"]:
         raise InputError("--resume goes on with a run and --overwrite replaces it; give one of them")
+    if given["report"] and given["out"] is None:
+        raise InputError("--report is written into the folder of --out; give one")
     if given["out"] is None:
         return None
     return RunFolder(given["out"], comm, overwrite=given["overwrite"], resume=resume)
@@ -334,6 +456,10 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
                 try:
                     with profiling.stage("output"):
                         folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
+                        if given["report"]:
+                            from lobefem.report import write_report
+
+                            _files.on_root(comm, folder.path, lambda: write_report(folder.path))
                 except InputError as error:  # a full disk, say; what was found is shown nevertheless
                     unsaved = error
         if given["json"] and not to_stdout:
@@ -347,6 +473,8 @@ def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
             show(outcome.results)
             if folder is not None and unsaved is None:
                 print(f"Results and fields for ParaView are in {_printable(folder.path)}")
+                if given["report"]:
+                    print(f"The report is {_printable(folder.path / 'report.html')}")
         sys.stdout.flush()
         if profile is not None:
             show_profile(profile.as_dict())

@@ -13,7 +13,7 @@ from typing import Any
 
 from lobefem.signals import Stop
 
-__all__ = ["Ranks", "show", "show_findings", "show_profile", "stdout_to_stderr"]
+__all__ = ["Ranks", "show", "show_findings", "show_profile", "show_rows", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -34,6 +34,11 @@ class Ranks:
             if MPI.COMM_WORLD.size > 1:
                 self._comm = MPI.COMM_WORLD.Dup()
         self.stop = Stop(self._comm)
+
+    @property
+    def comm(self) -> Any:
+        """A communicator of all ranks, None where there is one only."""
+        return self._comm
 
     @property
     def is_root(self) -> bool:
@@ -249,6 +254,20 @@ def show_profile(profile: dict[str, Any]) -> None:
         )
 
 
+def show_rows(rows: Sequence[Sequence[str]]) -> None:
+    """Print a sweep's table on stdout, its head first."""
+    from rich.console import Console
+
+    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 160, highlight=False)
+    used = [k for k, name in enumerate(rows[0]) if name != "reason" or any(row[k] for row in rows[1:])]
+    table = _table(*(rows[0][k].replace("_", " ") for k in used))
+    if used[-1] == len(rows[0]) - 1 and rows[0][-1] == "reason":
+        table.columns[-1].justify, table.columns[-1].no_wrap = "left", False
+    for row in rows[1:]:
+        table.add_row(*(row[k] for k in used))
+    console.print(table)
+
+
 def show_findings(findings: Sequence[Any]) -> None:
     """Print what `lobefem doctor` found on stdout."""
     from rich.console import Console
@@ -283,5 +302,5 @@ def _perturb_table(results: dict[str, Any]) -> Any:
         ("not accounted for", energy["closure"], f"J, {100 * energy['error']:.2g} %"),
     ]
     for name, value, unit in rows:
-        table.add_row(name, "none" if value is None else f"{value:.6g}", unit)
+        table.add_row(name, *(("none", "") if value is None else (f"{value:.6g}", unit)))
     return table

@@ -171,6 +171,24 @@ class ConstraintMap:
         rate = np.array([1.0, 2.0 * s]) @ self._push_terms
         return float(self.comm.allreduce(float(self._in_frames(r)[3 * self._pushed] @ rate)))
 
+    def rigid_motions(self, x: Array) -> list[Any]:
+        """The film's six rigid motions in q at nodal positions x (nodes, 3), orthonormal. Collective.
+
+        Multigrid's near null space: free nodes alone move, for plates cannot go along with all six.
+        """
+        motions: list[Any] = []
+        for k in range(6):
+            e = np.eye(3)[k % 3]
+            field = np.broadcast_to(e, x.shape) if k < 3 else np.cross(e, x)
+            v = self.create_vector()
+            with v as array:
+                array[: self.free.size] = self._in_frames(field.reshape(-1)[: self.owned])[self.free]
+            for other in motions:
+                v.axpy(-v.dot(other), other)
+            v.normalize()
+            motions.append(v)
+        return motions
+
     # --- residual -------------------------------------------------------------------------------
 
     def plate_forces(self, r: Array, w: Array) -> tuple[Array, Array]:

@@ -179,7 +179,6 @@ class Design(Section):
         # isort: split
         from mpi4py import MPI
 
-        from lobefem.formfinding import find_form
         from lobefem.isotensoid import Isotensoid
         from lobefem.surface import cylinder, lobed_cylinder
 
@@ -189,6 +188,7 @@ class Design(Section):
             "cell": mesh.cell,
             "order": mesh.order,
             "diagonals": mesh.diagonals,
+            "grading": mesh.grading,
             "layout": mesh.layout,
             "size": mesh.size,
             "sector": sector,
@@ -202,6 +202,8 @@ class Design(Section):
             assert shape.radius is not None
             assert shape.length is not None
             assert shape.forming_pressure is not None
+            from lobefem.formfinding import find_form  # slow to import, and most lobes are not formed ones
+
             drawn = how | {"sector": False} if mesh.layout == "structured" else {"comm": how["comm"]}
             film = cylinder(shape.radius, shape.length, **drawn)
             form = find_form(film, shape.forming_pressure, Et=shape.forming_stiffness)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import platform
 import sys
 import tempfile
@@ -12,6 +13,9 @@ from pathlib import Path
 from typing import Any
 
 __all__ = ["CHECKS", "Finding", "examine"]
+
+# how many processes Open MPI, or MPICH and its kin, started
+_SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
 
 
 @dataclass(frozen=True)
@@ -100,9 +104,12 @@ def _ranks() -> str:
     from mpi4py import MPI
 
     comm = MPI.COMM_WORLD
+    started = next((int(os.environ[name]) for name in _SIZES if os.environ.get(name, "").isdecimal()), 1)
+    if comm.size < started:
+        raise RuntimeError(f"{started} processes were started, and {comm.size} of them know(s) of each other")
     said = comm.allgather((platform.python_version(), _stack()))
     if len(set(said)) > 1:
-        raise RuntimeError(f"ranks differ: {sorted(set(said))}")
+        raise RuntimeError(f"ranks differ: {'; '.join(' with '.join(one) for one in sorted(set(said)))}")
     if comm.allreduce(comm.rank + 1) != comm.size * (comm.size + 1) // 2:
         raise RuntimeError("ranks do not add up")
     library = " ".join(MPI.Get_library_version().splitlines()[0].split(",")[0].split())
@@ -147,7 +154,11 @@ CHECKS: dict[str, tuple[Callable[[], str], str]] = {
     "scalars": (_scalars, "use a PETSc of real double-precision scalars (python3-dolfinx-real)"),
     "MUMPS": (_mumps, "use a PETSc that was built with MUMPS; Debian's and PyPI's are"),
     "compiler": (_compiler, "install a C compiler (Debian: gcc libc6-dev), or set CC to yours"),
-    "MPI": (_ranks, "start all ranks with the mpirun of the MPI that mpi4py was built with"),
+    "MPI": (
+        _ranks,
+        "start all ranks with the mpirun of the MPI that mpi4py was built with, from one installation: "
+        ".venv/bin/mpirun with PyPI's, the system's with Debian's",
+    ),
     "Gmsh": (_gmsh, "install Gmsh with its system libraries (Debian: python3-gmsh, or libglu1-mesa libxft2)"),
     "pictures": (_rendering, "install OpenGL (Debian: libegl1 libgl1-mesa-dri), or run under xvfb-run -a"),
     "contact": (_contact, "pip install ipctk"),

@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import measures
+from lobefem import _whole, measures
+from lobefem._glance import Glance, Glanceable, number
 from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.log import logger
+from lobefem.nested import coarser_balloon, interpolate
 from lobefem.profiling import timed
 from lobefem.progress import said
 
@@ -24,10 +26,11 @@ Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
 PREFIX = "lobefem_inflate_"
+_COARSE_RTOL = 1e-4  # of a start; another mesh's discretisation is off by more
 
 
-@dataclass(frozen=True)
-class Equilibrium:
+@dataclass(frozen=True, repr=False)
+class Equilibrium(Glanceable):
     """A balloon's state: its own copies of the unknowns, and what was measured on it.
 
     Attributes:
@@ -93,6 +96,50 @@ class Equilibrium:
         self.activate()
         return measures.stress_resultants(self.balloon)
 
+    def regions(self) -> Any:
+        """Shares (taut, wrinkled, slack) of each cell as a piecewise constant function. Collective."""
+        self.activate()
+        return measures.region_shares(self.balloon)
+
+    def to_pyvista(self) -> Any:
+        """The film in this state as a PyVista grid on rank 0, None elsewhere. Collective.
+
+        Points are where the nodes are now. Point data "displacement" [m]; cell data "stress_resultants"
+        (N_m, N_h, N_mh) [N/m], "regions" (shares of taut, wrinkled and slack film) and "lobe". Rank 0
+        gathers all of it: see `lobefem._whole.gather` for what that takes.
+        """
+        balloon = self.balloon
+        cellwise = {
+            "stress_resultants": self.stress_resultants().x.array.reshape(-1, 3),
+            "regions": self.regions().x.array.reshape(-1, 3),
+            "lobe": balloon.surface.lobe_numbers(),
+        }
+        nodal = {"displacement": _whole.at_nodes(balloon.V, self.displacement)}
+        whole = _whole.gather(balloon.mesh, nodal, cellwise)
+        if whole is None:
+            return None
+        grid = _whole.to_pyvista(whole)
+        grid.points = whole.x + whole.nodal["displacement"]
+        return grid
+
+    def _glance(self) -> Glance:
+        area = self.taut_area + self.wrinkled_area + self.slack_area
+        parts = {"taut": self.taut_area, "wrinkled": self.wrinkled_area, "slack": self.slack_area}
+        film = ", ".join(f"{100 * part / area:.3g} % {name}" for name, part in parts.items())
+        rows = [
+            ("volume", number(self.volume, "m^3", 8)),
+            ("largest displacement", number(self.max_displacement, "m")),
+            ("film", film),
+            ("residual over load", f"{self.relative_residual:.1e}"),
+            ("iterations", str(self.iterations)),
+            ("built-in stress of", number(self.prestress, "Pa")),
+            ("strain energy", number(self.strain_energy, "J")),
+            ("bar force", number(self.bar_force, "N")),
+            ("cord tension", ", ".join(number(t, "N") for t in self.hoop_tension) or "none"),
+            ("displacement components", str(self.num_dofs)),
+        ]
+        return Glance(f"{self.pressure:g} Pa, {self.reason}", tuple(rows))
+
     def true_resultants(self) -> Any:
         """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m], see `measures`. Collective."""
         self.activate()
@@ -149,6 +196,7 @@ def inflate(
     max_iterations: int = 40,
     min_step: float = 1e-3,
     on_step: Callable[[Equilibrium], None] | None = None,
+    nested: bool = False,
     progress: Progress | None = None,
 ) -> Equilibrium:
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
@@ -166,6 +214,9 @@ def inflate(
         max_iterations: Newton iterations of one solve.
         min_step: smallest pressure step, as a share of the whole.
         on_step: called on all ranks with the equilibrium after each pressure step.
+        nested: without a start, look first for the equilibrium on meshes half as fine and start from there
+            (`lobefem.nested`), where that saves time. It leads to the same state, on a fine mesh several
+            times sooner; where it leads nowhere the reference shape is the start.
         progress: called with a line of text after each solve.
 
     Raises:
@@ -187,11 +238,60 @@ def inflate(
         )
     q = start.vector() if start is not None else _drawn_along(balloon)
     _check_start(balloon, q, start)
-    solver = Newton(balloon, q, rtol, max_iterations, PREFIX)
+    guess = None
+    if nested and start is None:
+        guess = _from_coarser(balloon, pressure, prestress, max_iterations, progress)
+    balloon.set_loads(pressure, prestress)
+    solver = Newton(balloon, q if guess is None else guess, rtol, max_iterations, PREFIX)
     try:
+        if guess is not None:
+            reason, count = solver.solve(guess)
+            _tell(pressure, reason, count, solver.norm, progress)
+            if reason > 0:
+                state = record(balloon, guess, True, REASONS[reason], count, (pressure,))
+                if on_step is not None:
+                    on_step(state)
+                return state
         return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress)
     finally:
         solver.destroy()
+
+
+def _from_coarser(
+    balloon: Balloon, pressure: float, prestress: float, max_iterations: int, progress: Progress | None
+) -> Any:
+    """Unknowns to start from, the equilibrium on a mesh half as fine; None where none was found."""
+    coarse = coarser_balloon(balloon)
+    if coarse is None:
+        return None
+    q = _from_coarser(coarse, pressure, prestress, max_iterations, progress)
+    if q is None:
+        q = _drawn_along(coarse)
+    coarse.set_loads(pressure, prestress)
+    solver = Newton(coarse, q, _COARSE_RTOL, max_iterations, PREFIX)
+    try:
+        reason, count = solver.solve(q)
+        _tell(pressure, reason, count, solver.norm, progress, coarse)
+    finally:
+        solver.destroy()
+    return interpolate(coarse, q, balloon) if reason > 0 else None
+
+
+def _tell(
+    pressure: float,
+    reason: int,
+    count: int,
+    norm: float,
+    progress: Progress | None,
+    coarse: Balloon | None = None,
+    share: float = 0.0,
+) -> None:
+    """Say how a solve ended, and what share of the work is done."""
+    on = " on {}x{}".format(*coarse.surface.divisions) if coarse is not None else ""
+    say = f"inflate {pressure:.6g} Pa{on}: {REASONS[reason]} after {count} iterations, |r| = {norm:.2e}"
+    logger.info(say)
+    if progress is not None:
+        progress(said(say, share))
 
 
 def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
@@ -244,10 +344,7 @@ def _step(
         balloon.set_loads(p, prestress)
         reason, count = solver.solve(q)
         iterations += count
-        say = f"inflate {p:.6g} Pa: {REASONS[reason]} after {count} iterations, |r| = {solver.norm:.2e}"
-        logger.info(say)
-        if progress is not None:
-            progress(said(say, target if reason > 0 else share))
+        _tell(p, reason, count, solver.norm, progress, share=target if reason > 0 else share)
         if reason > 0:
             visited.append(p)
             if target == 1.0 or on_step is not None:

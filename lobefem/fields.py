@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -17,11 +17,13 @@ import numpy.typing as npt
 from lobefem._files import on_root, replace, require_everywhere, reserve
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
-from lobefem.stability import Mode
 
 # isort: split
 from dolfinx import fem
 from dolfinx.io import XDMFFile
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = ["Snapshot", "save_fields"]
 
@@ -83,8 +85,8 @@ def _size(snapshots: Sequence[Snapshot]) -> int:
     nodes = balloon.V.dofmap.index_map.size_global
     cells = balloon.mesh.topology.index_map(2).size_global
     fields = [2 * len(s.modes) + 1 for s in snapshots]
-    numbers = 3 * nodes + 9 * cells + sum(3 * nodes * n + 10 * cells for n in fields)
-    return 8 * numbers + 8192 * (sum(fields) + 2 * len(fields) + 4)
+    numbers = 3 * nodes + 9 * cells + sum(3 * nodes * n + 13 * cells for n in fields)
+    return 8 * numbers + 8192 * (sum(fields) + 3 * len(fields) + 4)
 
 
 def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:
@@ -94,7 +96,7 @@ def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:
         found.append(_nodal(balloon, "displacement", snapshot.state.displacement))
         stress = snapshot.state.stress_resultants()
         stress.name = "stress_resultants"
-        found.append(stress)
+        found += [stress, snapshot.state.regions()]
     for k, mode in enumerate(snapshot.modes, 1):
         found.append(_nodal(balloon, f"mode_{k}", mode.displacement))
         if imaginary:  # for all or for none: readers keep a field that a later step lacks

@@ -54,7 +54,7 @@ class Ledger:
         contact: gain in contact energy.
         pressure: work of the gas: p times the gain in volume, less the work p A n . dd on the plates'
             centres where the load is `film` (trapezoid over a step).
-        constraint: work of temporary constraints; none in a free motion.
+        constraint: work of temporary constraints; in a release that of their fading forces.
         damping: work that the damping took, the integral of c |dq/dt|_B^2 dt.
         euler: the same as implicit Euler counts it, c |dq|_B^2/h a step. It lacks what the steps
             themselves take out of the motion; no part of the balance.
@@ -89,7 +89,7 @@ class Record:
         time: at its end [s].
         step, next_step: its length and what the next one is to be [s].
         iterations: Newton iterations in all.
-        residual: norm of the unbalanced forces [N, N m].
+        residual: norm of the unbalanced forces, those that hold the start included [N, N m].
         relative_residual: the same over the norm of the pressure's nodal forces.
         volume: enclosed by film and plates [m^3].
         strain_energy: of film, cords and bar [J].
@@ -145,6 +145,7 @@ class Flow:
         tolerance: of the error of a step, root mean square over the unknowns [m].
         settled: relative residual at which the motion has ended.
         ledger: what to go on from.
+        fade: time in which the forces that held the start die away, linearly [s]; None: gone at once.
         on_step: called with each record and this rank's unknowns at the beginning of its step.
 
     Collective.
@@ -159,16 +160,18 @@ class Flow:
         tolerance: float,
         settled: float,
         ledger: Ledger,
+        fade: float | None = None,
         on_step: OnStep | None = None,
     ) -> None:
-        self.balloon, self.q = balloon, q
+        self.balloon, self.q, self.fade = balloon, q, fade
         self.damping, self.tolerance, self.settled = damping, tolerance, settled
         self.ledger, self.on_step = ledger, on_step
         self.history: list[Record] = []
         self._middle = _middle_nodes(balloon)
-        self._r, self._force, self._change, self._work, self._begin, self._last = (
-            q.duplicate() for _ in range(6)
+        self._r, self._force, self._held, self._change, self._work, self._begin, self._last = (
+            q.duplicate() for _ in range(7)
         )
+        self._holding = 0.0  # share of the held forces at the end of the present step
         self._mass: Any = None
         self._shift = 0.0
         self._earlier = 0
@@ -194,7 +197,8 @@ class Flow:
         _petsc.set_direct_solver(snes.getKSP(), symmetric)
         with _petsc.options(PREFIX, _OPTIONS):
             ts.setFromOptions()
-        _snes.keep_apart(snes, balloon, self._r, downhill=symmetric)
+        reach = _snes.largest_step(balloon)
+        self._separation = _snes.Separation(snes, balloon, self._r, symmetric, reach)
 
     # --- the equation ---------------------------------------------------------------------------
 
@@ -202,6 +206,12 @@ class Flow:
         self.balloon.residual(x, f)
         self._mass.mult(xdot, self._work)
         f.axpy(self.damping, self._work)
+        self._holding = self._share(t)
+        f.axpy(-self._holding, self._held)
+
+    def _share(self, time: float) -> float:
+        """What is left at a time of the forces that held the start, as a share."""
+        return max(1.0 - time / self.fade, 0.0) if self.fade is not None else 0.0
 
     def _tangent(self, ts: Any, t: float, x: Any, xdot: Any, shift: float, J: Any, P: Any) -> None:
         self._shift = shift
@@ -219,7 +229,7 @@ class Flow:
         E(q) + c/(2 h)|q - q_n|_B^2, as the true motion does, to a millionth of p V.
         """
         norm, why = norms[2], PETSc.SNES.ConvergedReason
-        if not math.isfinite(norm):
+        if not math.isfinite(norm) or (its and self._separation.share < _snes.STUCK):
             return why.DIVERGED_DTOL
         if its == 0:
             self._start_norm = norm
@@ -230,6 +240,7 @@ class Flow:
         self._change.axpy(-1.0, self._begin)
         self._mass.mult(self._change, self._work)
         energy = self.balloon.energy(x)[0] + self.damping * self._shift / 2 * self._work.dot(self._change)
+        energy -= self._holding * self._held.dot(self._change)
         slack = 1e-6 * abs(float(self.balloon.pressure.value)) * self.balloon.reference_volume
         return why.CONVERGED_FNORM_ABS if energy <= self._energy + slack else why.DIVERGED_LOCAL_MIN
 
@@ -257,7 +268,7 @@ class Flow:
             self._record(0, 0.0, 0.0, first, self.ledger)
             ts.setTimeStep(first)
         last = self.history[-1]
-        if last.relative_residual <= self.settled and self._redo is None:
+        if last.relative_residual <= self.settled and self._redo is None and self.fade is None:
             return "settled"
         ts.setMaxSteps(max(max_steps - last.number, 0))
         ts.setMaxTime(1e100 if end_time is None else end_time)
@@ -273,6 +284,8 @@ class Flow:
 
     def _first_step(self) -> float:
         """Time in which the first velocity, with the mass lumped, makes a change of the tolerance."""
+        if self.fade is not None:
+            return 1e-3 * self.fade  # all is balanced at first
         self._mass.getDiagonal(self._work)
         self._change.pointwiseDivide(self._force, self._work)
         speed = self._change.norm() / math.sqrt(self._change.getSize()) / self.damping
@@ -282,6 +295,9 @@ class Flow:
         """The start as the beginning of a step: mass, force, energies."""
         self._begin_at(self.q)
         self.balloon.residual(self.q, self._force)
+        if self.fade is not None:
+            self._force.copy(self._held)
+            self._force.set(0.0)
         self._force.scale(-1.0)  # of the damping, as it will be at once
         self._state = self._measure(self.q)
 
@@ -309,7 +325,14 @@ class Flow:
         self._work.scale(self.damping * self._shift)
         euler = self._work.dot(self._change)
         damping = (self._force.dot(self._change) + euler) / 2
+        faded = (self._share(ts.getTime() - 1 / self._shift) + self._holding) / 2
+        held = faded * self._held.dot(self._change)
         self._work.copy(self._force)
+        if stuck := not self._change.norm():
+            # the step underflowed: what is unbalanced is there still
+            self.balloon.residual(x, self._force)
+            self._force.scale(-1.0)
+            self._force.axpy(self._holding, self._held)
         self._state = state
         # Newton's reach limits the steps, not their error
         share = _WANTED / max(ts.getSNES().getIterationNumber(), 1)
@@ -326,11 +349,14 @@ class Flow:
                 strain=self.ledger.strain + state.strain - old.strain,
                 contact=self.ledger.contact + state.contact - old.contact,
                 pressure=self.ledger.pressure + self._work_of_gas(old, state),
+                constraint=self.ledger.constraint + held,
                 damping=self.ledger.damping + damping,
                 euler=self.ledger.euler + euler,
             )
             self._record(self.history[-1].number + 1, ts.getTime(), 1 / self._shift, ts.getTimeStep(), ledger)
-        if self.history[-1].relative_residual <= self.settled:
+        if stuck:
+            ts.setConvergedReason(PETSc.TS.ConvergedReason.DIVERGED_STEP_REJECTED)
+        elif self.history[-1].relative_residual <= self.settled and not self._share(ts.getTime()):
             ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
 
     def _work_of_gas(self, old: _State, new: _State) -> float:
@@ -350,7 +376,7 @@ class Flow:
         areas: Array = np.zeros((2, 3))
         centres: Array = np.zeros((2, 3))
         if balloon.motion is not None:
-            w = balloon.map.plate_parameters(balloon.map.parameters(q))[0]
+            w = balloon.map.plate_parameters(balloon.map.parameters(q))[0][:12]  # without a guide's seams
             areas, centres = balloon.motion.turned_area_vectors(w), w.reshape(2, 6)[:, :3]
         gained = volume - balloon.reference_volume
         if balloon.load.convention == "film":
@@ -391,7 +417,9 @@ class Flow:
     def destroy(self) -> None:
         """Free the PETSc objects and with them the references to the balloon."""
         self.ts.destroy()
-        for v in (self._r, self._force, self._change, self._work, self._begin, self._last, self._mass):
+        for v in (
+            self._r, self._force, self._held, self._change, self._work, self._begin, self._last, self._mass
+        ):  # fmt: skip
             v.destroy()
 
 

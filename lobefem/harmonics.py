@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy import sparse
 
 from lobefem.balloon import Balloon
 from lobefem.measures import nodal_areas, straining_share
@@ -54,17 +55,20 @@ def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> A
     n = len(angle)
     weights = nodal_areas(balloon)
     field = np.einsum("nij,nj->ni", frame, real[:n] + 1j * imag[:n]) * weights[:, None]
-    rings = _rings(balloon, height)
+    rings, num_rings = _rings(balloon, height)
     divisions = balloon.surface.divisions
     around = divisions[1] * balloon.order if divisions else 2 * highest + 1
     highest = min(highest, around // 2)
-    num_rings = int(balloon.comm.allreduce(rings.max(initial=0), op=MPI.MAX)) + 1
-    total = np.zeros(num_rings)
-    np.add.at(total, rings, weights)
-    coefficients = np.zeros((2 * highest + 1, num_rings, 3), dtype=complex)
-    for k in range(-highest, highest + 1):
-        np.add.at(coefficients[k + highest], rings, field * np.exp(-1j * k * angle)[:, None])
-    coefficients = balloon.comm.allreduce(coefficients)
+    total = np.bincount(rings, weights, num_rings)
+    orders = np.arange(-highest, highest + 1)
+    if divisions:
+        coefficients = _of_grid(
+            field, rings, np.rint(angle * around / (2 * np.pi)), around, num_rings, orders
+        )
+    else:
+        ringwise = sparse.csr_array((np.ones(n), (rings, np.arange(n))), (num_rings, n))
+        coefficients = np.stack([ringwise @ (field * np.exp(-1j * k * angle)[:, None]) for k in orders])
+    balloon.comm.Allreduce(MPI.IN_PLACE, coefficients)
     total = np.maximum(balloon.comm.allreduce(total), 1e-300)
     energy = (np.abs(coefficients) ** 2 / total[:, None]).sum(axis=(1, 2))
     power = energy[highest:].copy()
@@ -72,6 +76,29 @@ def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> A
     if 2 * highest == around:
         power[highest] /= 2  # n and -n are the same there
     return power / power.sum()
+
+
+def _of_grid(
+    field: npt.NDArray[np.complex128],
+    rings: npt.NDArray[np.int64],
+    columns: Array,
+    around: int,
+    num_rings: int,
+    orders: npt.NDArray[np.int64],
+) -> npt.NDArray[np.complex128]:
+    """Sums over each ring of field e^{-i k theta}, (orders, rings, 3), of nodes at equal angles.
+
+    The nodes fill a part of a grid; of the grid's columns that they lie in one product with the matrix
+    of all e^{-i k theta} serves all orders.
+    """
+    coefficients = np.zeros((len(orders), num_rings, 3), dtype=complex)
+    here, row = np.unique(rings, return_inverse=True)
+    there, column = np.unique(columns, return_inverse=True)
+    grid = np.zeros((len(there), len(here), 3), dtype=complex)
+    grid[column, row] = field
+    waves = np.exp(-2j * np.pi / around * np.outer(orders, there))
+    coefficients[:, here] = np.tensordot(waves, grid, 1)
+    return coefficients
 
 
 def label(balloon: Balloon, real: Array, imag: Array, power: Array) -> str:
@@ -105,8 +132,11 @@ def kind_of(balloon: Balloon, displacement: npt.NDArray[np.complex128], harmonic
     return "local" if straining_share(balloon, displacement.real, displacement.imag) > 0.3 else "global"
 
 
-def _rings(balloon: Balloon, height: Array) -> npt.NDArray[np.int64]:
-    """Ring index of each owned node: its height's rank on a structured mesh, a height class otherwise."""
+def _rings(balloon: Balloon, height: Array) -> tuple[npt.NDArray[np.int64], int]:
+    """Ring index of each owned node, and the number of rings.
+
+    The index is the height's rank on a structured mesh, a class of heights otherwise.
+    """
     comm = balloon.comm
     low = comm.allreduce(height.min(initial=np.inf), op=MPI.MIN)
     high = comm.allreduce(height.max(initial=-np.inf), op=MPI.MAX)
@@ -115,9 +145,9 @@ def _rings(balloon: Balloon, height: Array) -> npt.NDArray[np.int64]:
         # classes about a cell high
         cells = balloon.mesh.topology.index_map(2).size_global
         num = max(int((high - low) / np.sqrt(balloon.reference_area / cells)), 1)
-        return np.minimum((scaled * num).astype(np.int64), num - 1)
+        return np.minimum((scaled * num).astype(np.int64), num - 1), num
     keys = np.round(scaled * 1e7).astype(np.int64)
     levels = np.unique(np.concatenate(comm.allgather(np.unique(keys))))
     # neighbours that rounding split belong together
     group = np.concatenate([[0], np.cumsum(np.diff(levels) > 3)])
-    return group[np.searchsorted(levels, keys)]
+    return group[np.searchsorted(levels, keys)], int(group[-1]) + 1

@@ -7,7 +7,7 @@ from the equator (positive upwards)
     R = R0 cn(a | 1/2),   z = (R0 / sqrt 2) (2 E(am a) - a),   a = sqrt 2 s / R0,
 
 (paper eqs. 1-3), so that dz/ds = cn^2 = (R / R0)^2 and dR/ds = -sqrt 2 sn dn. A lobe is this
-surface cut off at |z| = truncation * R0. Everything here is NumPy and SciPy: no mesh, no MPI.
+surface cut off at |z| = truncation * R0. Everything here is NumPy: no mesh, no MPI.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import ellipeinc, ellipj, ellipk
 
 from lobefem import checks
+from lobefem._elliptic import jacobi, quarter_period
 from lobefem.errors import InputError
 from lobefem.lobe import Lobe
 
@@ -30,14 +30,13 @@ __all__ = ["MAX_TRUNCATION", "Isotensoid"]
 Array = npt.NDArray[np.float64]
 
 _SQRT2 = math.sqrt(2.0)
-_QUARTER = float(ellipk(0.5))  # elliptic argument of the pole, 1.31103 * sqrt 2
+_QUARTER = quarter_period(0.5)  # elliptic argument of the pole, 1.31103 * sqrt 2
 MAX_TRUNCATION = 0.599  # the closed surface ends at z = 0.59907 R0, where the edge radius is 0
 
 
 def _height(a: Array | float) -> Array:
     """Height z / R0 at the elliptic argument `a`."""
-    amplitude = ellipj(a, 0.5)[3]
-    return np.asarray((2.0 * ellipeinc(amplitude, 0.5) - a) / _SQRT2)
+    return np.asarray((2.0 * jacobi(a, 0.5)[3] - a) / _SQRT2)
 
 
 @dataclass(frozen=True)
@@ -74,13 +73,13 @@ class Isotensoid(Lobe):
         a, last = _SQRT2 * self.truncation, 0.0
         while a > last:
             last = a
-            a += _SQRT2 * (self.truncation - float(_height(a))) / float(ellipj(a, 0.5)[1]) ** 2
+            a += _SQRT2 * (self.truncation - float(_height(a))) / float(jacobi(a, 0.5)[1]) ** 2
         return last
 
     @cached_property
     def _edge_functions(self) -> tuple[float, float, float]:
         """sn, cn and dn at the upper edge."""
-        sn, cn, dn, _ = ellipj(self._edge, 0.5)
+        sn, cn, dn, _ = jacobi(self._edge, 0.5)
         return float(sn), float(cn), float(dn)
 
     # --- the lobe as a whole ---------------------------------------------------------------
@@ -124,7 +123,7 @@ class Isotensoid(Lobe):
 
     def radius(self, s: npt.ArrayLike) -> Array:
         """Distance from the axis [m] at the arc length `s` from the equator [m], any shape."""
-        return self.R0 * ellipj(self._argument(s), 0.5)[1]
+        return self.R0 * jacobi(self._argument(s), 0.5)[1]
 
     def z(self, s: npt.ArrayLike) -> Array:
         """Height above the equator [m] at the arc length `s` [m], any shape."""
@@ -132,7 +131,7 @@ class Isotensoid(Lobe):
 
     def slope(self, s: npt.ArrayLike) -> tuple[Array, Array]:
         """Unit tangent (dR/ds, dz/ds) = (-sqrt 2 sn dn, cn^2) at the arc length `s` [m]."""
-        sn, cn, dn, _ = ellipj(self._argument(s), 0.5)
+        sn, cn, dn, _ = jacobi(self._argument(s), 0.5)
         return -_SQRT2 * sn * dn, cn**2
 
     # --- stress and free bodies ------------------------------------------------------------

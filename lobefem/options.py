@@ -15,6 +15,7 @@ __all__ = [
     "KEYS",
     "NAMES",
     "OUTPUT",
+    "AtPressure",
     "Bend",
     "Cell",
     "Contact",
@@ -24,6 +25,7 @@ __all__ = [
     "Divisions",
     "EdgeRadius",
     "FilmLaw",
+    "Format",
     "Harmonic",
     "Harmonics",
     "Json",
@@ -34,25 +36,34 @@ __all__ = [
     "Mass",
     "MeshStudy",
     "Meshes",
+    "ModeNumbers",
     "OnePressure",
     "Order",
     "Out",
     "Overwrite",
     "Petsc",
+    "PictureFile",
     "Pressures",
     "Prestress",
     "Profile",
     "Quiet",
     "Release",
+    "Report",
     "Resume",
+    "RunDir",
     "Slack",
     "State",
     "Steps",
     "Support",
+    "SweepFile",
+    "SweepFolder",
     "TipDisplacement",
     "Twist",
     "Verbose",
     "Wave",
+    "What",
+    "Width",
+    "Workers",
     "sharing",
 ]
 
@@ -79,22 +90,20 @@ def _option(name: str, metavar: str, help: str, panel: str = "The design, overri
 
 
 def _design_files(incomplete: str) -> list[str]:
-    """What can go on from some first letters to a design file."""
-    start = Path(incomplete)
-    folder = start if incomplete.endswith("/") or not incomplete else start.parent
+    """What can go on from some first letters to a design file; a lone folder gives what is in it."""
+    folder = Path(incomplete) if incomplete.endswith("/") or not incomplete else Path(incomplete).parent
     try:
-        found = sorted(folder.iterdir())
+        found = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError:
         return []
-    named = [
-        f"{path}/" if path.is_dir() else str(path)
-        for path in found
-        if path.suffix == ".toml" or (path.is_dir() and not path.name.startswith("."))
-    ]
-    return [name for name in named if name.startswith(incomplete)]
+    names = [f"{path}/" if path.is_dir() else str(path) for path in found]
+    fitting = [n for n in names if n.endswith(("/", ".toml")) and n.startswith(incomplete)]
+    if len(fitting) == 1 and fitting[0].endswith("/"):
+        return _design_files(fitting[0])
+    return fitting
 
 
-_RUN, _OUTPUT = "The run", "Output"
+_RUN, _OUTPUT, _PICTURE = "The run", "Output", "The picture"
 Text = str | None
 DesignFile = Annotated[
     Path,
@@ -182,11 +191,25 @@ Profile = Annotated[
     bool,
     typer.Option("--profile", help="Say where the time went, stage by stage.", rich_help_panel=_OUTPUT),
 ]
+Report = Annotated[
+    bool,
+    typer.Option("--report", help="Write report.html into --out.", rich_help_panel=_OUTPUT),
+]
+RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, what --out has made.")]
+What = Annotated[str, _option("--what", "WHAT", "modes, stress, state, curves or release.", _PICTURE)]
+PictureFile = Annotated[Path | None, _option("--to", "FILE", "The picture; default: DIR/WHAT.png.", _PICTURE)]
+Format = Annotated[Text, _option("--format", "F", "png, svg, gif or mp4, by default of --to.", _PICTURE)]
+ModeNumbers = Annotated[Text, _option("--mode", "LIST", "These modes only, 1, 1:4 or 2,5.", _PICTURE)]
+AtPressure = Annotated[Text, _option("--pressure", "P", "Of several, 5 or '5 Pa'; default: last.", _PICTURE)]
+Width = Annotated[str, _option("--width", "MM", "85 for one column (default), 170 for two.", _PICTURE)]
 Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fields.", _OUTPUT)]
 Overwrite = Annotated[
     bool,
     typer.Option("--overwrite", help="Replace a run in --out.", rich_help_panel=_OUTPUT),
 ]
+SweepFile = Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What to vary, see demos/lobes.toml.")]
+SweepFolder = Annotated[Path, _option("--out", "DIR", "Folder for the table and the points.", _OUTPUT)]
+Workers = Annotated[Text, _option("--workers", "N", "Points at a time, one a core by default.", _RUN)]
 Json = Annotated[Text, _option("--json", "FILE", "Results as JSON, - for standard output.", _OUTPUT)]
 Quiet = Annotated[
     bool,
@@ -214,6 +237,7 @@ OUTPUT: Group = {
     "out": (Out, None),
     "overwrite": (Overwrite, False),
     "resume": (Resume, False),
+    "report": (Report, False),
     "json": (Json, None),
     "quiet": (Quiet, False),
     "verbose": (Verbose, False),

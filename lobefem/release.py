@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
@@ -80,8 +81,8 @@ class Moment:
         return u.x.array.reshape(-1, 3).copy()
 
 
-@dataclass(frozen=True)
-class Released:
+@dataclass(frozen=True, repr=False)
+class Released(Glanceable):
     """What became of a balloon that was let go.
 
     Attributes:
@@ -114,6 +115,16 @@ class Released:
     history: tuple[Record, ...] = field(repr=False)
     rejected: int
 
+    def _glance(self) -> Glance:
+        rows = (
+            ("evidence", self.reason),
+            ("lowest eigenvalue", number(self.lowest, "Pa/m")),
+            ("distance from the undistorted shape", number(self.distance, "m", 3)),
+            ("steps", f"{len(self.history) - 1}, {self.history[-1].time:.3g} s"),
+            ("energy not accounted for", f"{100 * self.ledger.error:.2g} %"),
+        )
+        return Glance(self.outcome, rows)
+
     @property
     def ledger(self) -> Ledger:
         """Where the energy went in the damped motion and before."""
@@ -129,6 +140,7 @@ def release(
     settled: float = 1e-6,
     max_steps: int = 1000,
     end_time: float | None = None,
+    fade: float | None = None,
     ledger: Ledger | None = None,
     history: Sequence[Record] = (),
     count: int = 4,
@@ -153,6 +165,9 @@ def release(
         settled: residual, over the norm of the pressure's nodal forces, at which the motion ends.
         max_steps: of the motion.
         end_time: the motion's end [s]; by default when it has settled.
+        fade: time in which the forces that held the start die away [s], as Abaqus turns a boundary
+            condition that is removed in a static step into its force, and that linearly to zero. By
+            default they are gone at once.
         ledger: of the imposed distortion, to go on from.
         history: records of the run to go on with.
         count: modes to compute.
@@ -160,13 +175,16 @@ def release(
         progress: called with a line of text now and then.
 
     Raises:
-        InputError: a number out of its range, or a start without pressure.
+        InputError: a number out of its range, a start without pressure, or a run to go on with whose
+            forces fade.
         EigenError: the modes could not be computed.
 
     Collective.
     """
     balloon = start.balloon
-    _check(start, damping, tolerance, settled, max_steps, end_time)
+    _check(start, damping, tolerance, settled, max_steps, end_time, fade)
+    if fade is not None and history:
+        raise InputError("a release whose forces fade cannot be resumed; start it afresh")
     say = progress or (lambda text: None)
     if undistorted is None:
         undistorted = inflate(balloon, start.pressure, prestress=start.prestress)
@@ -196,6 +214,7 @@ def release(
         tolerance=tolerance * size,
         settled=settled,
         ledger=ledger or Ledger(),
+        fade=fade,
         on_step=report,
     )
     try:
@@ -241,11 +260,16 @@ def _way(first: float, now: float, settled: float) -> float:
 
 
 def _check(
-    start: Start, damping: float, tolerance: float, settled: float, max_steps: int, end_time: float | None
+    start: Start,
+    damping: float,
+    tolerance: float,
+    settled: float,
+    max_steps: int,
+    end_time: float | None,
+    fade: float | None,
 ) -> None:
     numbers = {"damping": damping, "tolerance": tolerance, "settled": settled, "max_steps": max_steps}
-    if end_time is not None:
-        numbers["end_time"] = end_time
+    numbers |= {k: v for k, v in {"end_time": end_time, "fade": fade}.items() if v is not None}
     for name, value in numbers.items():
         if not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} = {value} must be a positive number")

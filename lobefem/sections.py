@@ -197,6 +197,7 @@ class Mesh(Section):
     cell: Annotated[str, _word("triangle", "quadrilateral")] = "triangle"
     order: Annotated[int, _integer(1, 2)] = 1
     diagonals: Annotated[str, _word("same", "alternating")] = "same"
+    grading: Annotated[float, _quantity(NUMBER, "in [0, 0.95]", lambda v: 0 <= v <= 0.95)] = 0.0
     layout: Annotated[str, _word("structured", "unstructured")] = "structured"
     size: Annotated[float | None, _positive(LENGTH)] = None
 

@@ -12,6 +12,8 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -43,6 +45,9 @@ class Stop:
             _once(number)
 
     def _end(self, number: int, frame: FrameType | None) -> None:
+        for child in _children():
+            with suppress(OSError):
+                os.kill(child, number)
         rank = 0 if self.comm is None else self.comm.rank
         code = 128 + number
         if rank:
@@ -54,6 +59,12 @@ class Stop:
         if self.comm is not None and self.comm.size > 1:
             self.comm.Abort(code)
         os._exit(code)
+
+
+def _children() -> list[int]:
+    """Processes that this one has started: a sweep's points, a compiler."""
+    lists = Path("/proc/self/task").glob("*/children")
+    return [int(child) for one in lists for child in one.read_text().split()]
 
 
 def _once(number: int) -> None:

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _petsc
+from lobefem import _petsc, _whole
+from lobefem._glance import Glance, Glanceable
 from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector
 from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, solver, with_conjugates
@@ -63,8 +64,8 @@ class Mode:
     displacement_imag: Array = field(repr=False)
 
 
-@dataclass(frozen=True)
-class Modes:
+@dataclass(frozen=True, repr=False)
+class Modes(Glanceable):
     """The lowest modes of a state, sorted by the real part of lambda.
 
     Attributes:
@@ -93,6 +94,47 @@ class Modes:
     def stable(self) -> bool:
         """Whether all eigenvalues have a positive real part."""
         return bool(self.values.real.min() > 0)
+
+    def to_pyvista(self, index: int = 0) -> Any:
+        """The film with one mode as a PyVista grid on rank 0, None elsewhere. Collective.
+
+        Points are where the state's nodes are. Point data "mode" and "mode_imag" (largest length 1), and the
+        state's "displacement" [m]; cell data "lobe". `grid.warp_by_vector("mode", factor=0.3)` is the
+        balloon as it moves. Rank 0 gathers all of it: see `lobefem._whole.gather` for what that takes.
+
+        Raises:
+            InputError: no such mode.
+        """
+        if not 0 <= index < len(self):
+            raise InputError(f"mode {index} is not there; choose from 0 to {len(self) - 1}")
+        balloon, mode = self.state.balloon, self[index]
+        fields = {
+            "displacement": self.state.displacement,
+            "mode": mode.displacement,
+            "mode_imag": mode.displacement_imag,
+        }
+        nodal = {name: _whole.at_nodes(balloon.V, field) for name, field in fields.items()}
+        whole = _whole.gather(balloon.mesh, nodal, {"lobe": balloon.surface.lobe_numbers()})
+        if whole is None:
+            return None
+        grid = _whole.to_pyvista(whole)
+        grid.points = whole.x + whole.nodal["displacement"]
+        grid.set_active_vectors("mode")
+        return grid
+
+    def _glance(self) -> Glance:
+        unit = "Pa/m" if self.mass == "unit" else "N/m"
+        rows = tuple(
+            (
+                f"{mode.kind}, n = {mode.harmonic}",
+                f"{mode.value.real:.6g}" + (f" {mode.value.imag:+.3g}i" if mode.value.imag else ""),
+                f"{mode.residual:.0e}",
+            )
+            for mode in self.modes
+        )
+        verdict = "stable" if self.stable else "unstable"
+        title = f"{len(self)} lowest at {self.state.pressure:g} Pa, {verdict}"
+        return Glance(title, rows, ("mode", f"eigenvalue [{unit}]", "residual"))
 
     def __len__(self) -> int:
         return len(self.modes)
@@ -138,15 +180,16 @@ def find_modes(
     K, B = balloon.tangent(q), balloon.mass(q, mass)
     skew = _petsc.asymmetry(K)
     symmetric = skew < _petsc.SYMMETRIC
-    shift, negative = _shift_below(balloon, K, B, symmetric)
     wanted = min(count + 2, K.getSize()[0])
     eps = solver(K, B, wanted, symmetric, PREFIX)
-    eps.setTarget(shift)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    eps.setPurify(False)  # `run` does it anyway
     eps.setTolerances(tolerance, 500)
     st = eps.getST()
     st.setType(SLEPc.ST.Type.SINVERT)
-    _petsc.set_direct_solver(st.getKSP(), symmetric)
+    _petsc.set_direct_solver(st.getKSP(), symmetric, inertia=symmetric)
+    eps.setFromOptions()
+    shift = _shift_below(balloon, eps, K, B, symmetric)
 
     def curvature(v: Any, u: Any) -> float:
         return balloon.second_variation(q, v, u)
@@ -154,20 +197,27 @@ def find_modes(
     transposed = None if symmetric else st.getKSP().solveTranspose
     pairs: list[Pair] = []
     for seed in (1, 2, 3):
+        st.setShift(shift)
         pairs = distinct([*pairs, *run(eps, wanted, seed)], B, shift)
         pairs = refine(pairs, B, curvature, transposed)
         found = with_conjugates(pairs)
         # a complex pair that straddles the end is kept whole
         chosen = found[: count + (found[count - 1].value.imag > 0)]
         modes = tuple(make_mode(balloon, q, p, residual(p, K, B, shift)) for p in chosen)
-        if _complete(K, B, found, count, shift) if symmetric else _paired(state, found, modes, shift):
+        proved = _proved(eps, found, count, shift) if symmetric else None
+        if proved if symmetric else _paired(state, found, modes, shift):
             break
     else:
         raise EigenError(f"SLEPc missed copies of the lowest {count} modes; try another count")
+    negative = None
+    if symmetric:  # where not all of them are below what was proved, they are counted
+        negative = sum(pair.value.real < 0 for pair in found[:proved])
+        if not proved or negative == proved:
+            negative = _num_below(eps, 0.0)
     eps.destroy()
     B.destroy()
     logger.info("modes at %g Pa: lowest %s", state.pressure, modes[0].value)
-    return Modes(state, mass, symmetric, skew, negative if symmetric else None, modes)
+    return Modes(state, mass, symmetric, skew, negative, modes)
 
 
 def check_request(balloon: Balloon, count: int, mass: str = "unit") -> None:
@@ -187,24 +237,49 @@ def _symmetric_part(K: Any, symmetric: bool) -> Any:
     return transposed
 
 
-def _shift_below(balloon: Balloon, K: Any, B: Any, symmetric: bool) -> tuple[float, int]:
-    """A shift below every eigenvalue's real part, and the number of negative ones.
+def _shift_below(balloon: Balloon, eps: Any, K: Any, B: Any, symmetric: bool) -> float:
+    """A shift below every eigenvalue's real part, by inertia of K's symmetric part; `eps` has it then.
 
-    Both by inertia of K's symmetric part.
+    Where K is symmetric the factorisation that proves it is the one that the solver inverts with.
     """
-    S = _symmetric_part(K, symmetric)
     shift = -_scale(balloon)
-    negative = below = _petsc.num_negative(S)
-    while below and shift > -1e15:
-        shifted = S.copy()
-        shifted.axpy(-shift, B)
-        below = _petsc.num_negative(shifted)
-        shifted.destroy()
-        if below:
-            shift *= 8
+    S = _symmetric_part(K, symmetric)
+    while True:
+        eps.setTarget(shift)
+        if symmetric:
+            below = _num_below(eps, shift)
+        else:
+            shifted = S.copy()
+            shifted.axpy(-shift, B)
+            below = _petsc.num_negative(shifted)
+            shifted.destroy()
+        if not below or shift <= -1e15:
+            break
+        shift *= 8
     if S is not K:
         S.destroy()
-    return shift, negative
+    return shift
+
+
+def _num_below(eps: Any, value: float) -> int:
+    """Number of eigenvalues below a value, by the inertia of a solver's own factorisation there. Collective.
+
+    Where the user has chosen an iterative solver, a factorisation of its own tells.
+    """
+    st = eps.getST()
+    if st.getKSP().getPC().getType() != PETSc.PC.Type.CHOLESKY:
+        K, B = eps.getOperators()
+        shifted = K.copy()
+        shifted.axpy(-value, B)
+        below = _petsc.num_negative(shifted)
+        shifted.destroy()
+        return below
+    st.setShift(value)
+    eps.setUp()  # which gives it its matrices, the first time
+    st.setUp()
+    ksp = st.getKSP()
+    ksp.setUp()
+    return int(ksp.getPC().getFactorMatrix().getInertia()[0])
 
 
 def _scale(balloon: Balloon) -> float:
@@ -255,17 +330,17 @@ def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[in
     return Modes(state, mass, skew < _petsc.SYMMETRIC, skew, None, tuple(modes[:end]))
 
 
-def _complete(K: Any, B: Any, pairs: list[Pair], count: int, shift: float) -> bool:
-    """Whether the number of pairs below a gap past the wanted ones is the inertia there."""
+def _proved(eps: Any, pairs: list[Pair], count: int, shift: float) -> int | None:
+    """How many of the lowest pairs are all that there are below a gap past the wanted ones, by inertia.
+
+    None where copies are missing, 0 where no gap is among the pairs. The solver's shift stays as it was.
+    """
     values = [pair.value.real for pair in pairs]
     for k in range(count, len(values)):
         if values[k] - values[k - 1] > 1e-6 * abs(values[k] - shift):
-            S = K.copy()
-            S.axpy(-(values[k] + values[k - 1]) / 2, B)
-            proved = _petsc.num_negative(S)
-            S.destroy()
-            return proved == k
-    return True
+            below = _num_below(eps, (values[k] + values[k - 1]) / 2)
+            return k if below == k else None
+    return 0
 
 
 def _paired(state: Equilibrium, pairs: list[Pair], modes: tuple[Mode, ...], shift: float) -> bool:

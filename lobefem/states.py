@@ -11,7 +11,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -21,10 +21,12 @@ from lobefem._files import on_root, replacing
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
-from lobefem.stability import Mode
 
 # isort: split
 from dolfinx import fem
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = ["Checkpoint", "Keepable", "load_modes", "load_state", "save_modes", "save_state"]
 
@@ -239,6 +241,8 @@ def load_modes(path: str | Path, balloon: Balloon) -> tuple[Equilibrium, tuple[M
 
 def _rebuilt(balloon: Balloon, kept: Checkpoint) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
     """State and modes from what was kept of them."""
+    from lobefem.stability import Mode  # slow to import: inflate does without
+
     notes = kept.notes
     measured = {name: _tupled(value) for name, value in notes["state"].items()}
     state = Equilibrium(

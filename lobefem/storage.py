@@ -8,6 +8,7 @@
     results.json      what the command line's --json holds
     fields.xdmf/.h5   mesh, displacement, stress resultants and modes; one time step a pressure
     state.npz         the last converged state
+    report.html       what --report and `lobefem report` make of it
 
 Every file appears complete or not at all. Rank 0 alone touches the file system (HDF5 apart), and
 what goes wrong there is raised on every rank.
@@ -23,7 +24,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lobefem._files import on_root, replace, replacing, require_writable, save_json, to_json
 from lobefem.balloon import Balloon
@@ -31,16 +32,24 @@ from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 from lobefem.fields import Snapshot, save_fields
 from lobefem.log import logger
-from lobefem.stability import Mode
 from lobefem.states import Checkpoint, Keepable, load_modes, load_state, save_modes, save_state
 from lobefem.units import shown
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = ["RunFolder", "Snapshot"]
 
 _FIGURES = ("critical_pressures.png", "mesh_study.png", "eigenvalues.png", "history.png")
+# what `lobefem plot` puts there by itself
+_PICTURES = tuple(
+    f"{what}.{suffix}"
+    for what in ("modes", "stress", "state", "curves", "release")
+    for suffix in ("png", "svg", "gif", "mp4")
+)
 _FILES = (
     "design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz",
-    "log.txt",
+    "log.txt", "report.html",
 )  # fmt: skip
 
 
@@ -172,8 +181,10 @@ class RunFolder:
                 ) from None
             self._fresh = True
         self._sweep()
-        for name in (*_FILES, *_FIGURES, *(p.name for p in self.path.glob("modes-*.npz"))):
+        names = (*_FILES, *_FIGURES, *_PICTURES, *(p.name for p in self.path.glob("modes-*.npz")))
+        for name in names:
             (self.path / name).unlink(missing_ok=True)
+        shutil.rmtree(self.path / "frames", ignore_errors=True)
         replace(file, self._design)
         replace(self.path / "run.json", to_json(self._run))
         self._log.open()
@@ -203,9 +214,11 @@ class RunFolder:
 
     def _sweep(self) -> None:
         """Take away what a run that was killed had begun to write."""
-        for name in (*_FILES, *_FIGURES, "modes-*"):
+        for name in (*_FILES, *_FIGURES, *_PICTURES, "modes-*"):
             for hidden in self.path.glob(f".{name}-*"):
                 hidden.unlink(missing_ok=True)
+        for hidden in self.path.glob("frames/.*.npz-*"):
+            hidden.unlink(missing_ok=True)
         for hidden in self.path.glob(".fields-*"):
             shutil.rmtree(hidden, ignore_errors=True)
 

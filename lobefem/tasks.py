@@ -7,17 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import lobefem
+from lobefem.branches import follow
 from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
 from lobefem.errors import InputError, SolveError
-from lobefem.kink import has_kink, one_sided_modes
 from lobefem.progress import Progress, part, said
-from lobefem.stability import Mode, find_modes
 from lobefem.storage import RunFolder, Snapshot
+
+if TYPE_CHECKING:
+    from lobefem.stability import Mode
 
 __all__ = [
     "KINK",
@@ -99,7 +101,7 @@ def inflate(
     try:
         if folder is not None:
             options |= {"on_step": lambda state: folder.keep(state, {}), "start": _kept(folder, balloon)}
-        state = find_equilibrium(balloon, pressures[0], **options)
+        state = find_equilibrium(balloon, pressures[0], nested=True, **options)
     except SolveError as error:
         outcome.error, state = error, getattr(error, "state", None)
     if state is not None:
@@ -145,6 +147,10 @@ def modes(
     Raises:
         InputError: an ideal state asked of a cylinder.
     """
+    # slow to import: inflate does without
+    from lobefem.kink import has_kink, one_sided_modes
+    from lobefem.stability import find_modes
+
     check_state(state, design)
     results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
     if design.film.law == "fixed-wrinkles":
@@ -169,7 +175,7 @@ def modes(
                 held = ideal_state(balloon, pressure)
             else:
                 held = previous = find_equilibrium(
-                    balloon, pressure, start=previous, progress=part(say, 0.0, 0.5)
+                    balloon, pressure, start=previous, nested=True, progress=part(say, 0.0, 0.5)
                 )
             if say is not None:
                 say(said(f"modes at {pressure:g} Pa", 0.5 if state == "inflated" else 0.0))
@@ -206,7 +212,25 @@ def modes(
         if folder is not None:
             folder.keep_modes(number, held, found.modes, entry)
         outcome.snapshots.append(Snapshot(balloon, pressure, held, found.modes))
+    branches = _branches(outcome.snapshots, mass)
+    if branches:
+        results["branches"] = branches
     return outcome
+
+
+def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
+    """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
+    from lobefem.stability import Modes
+
+    sweep = {
+        s.pressure: Modes(s.state, mass, True, 0.0, None, s.modes) for s in snapshots if s.state is not None
+    }
+    if len(sweep) < 2:
+        return []
+    return [
+        vars(b) | {"pressures": b.pressures.tolist(), "values": b.values.tolist()}
+        for b in follow(list(sweep.values()))
+    ]
 
 
 def check_state(state: str, design: Design) -> None:

@@ -1,18 +1,22 @@
 """The command line: its numbers, its words, its exit codes, and silence on standard output."""
 
+import io
 import json
 import os
+import re
 import subprocess
 import sys
 import textwrap
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from mpi4py import MPI
 
 import lobefem
-from lobefem import cli, console, studies
+from lobefem import _petsc, cli, console, options
 from lobefem.design import Design
 from lobefem.errors import ConvergenceError, SolveError
 
@@ -25,230 +29,6 @@ COARSE = ("--divisions", "6x10")
 alone = pytest.mark.skipif(
     MPI.COMM_WORLD.size > 1, reason="starts processes, which ranks of an MPI run must not"
 )
-
-
-@pytest.fixture
-def lobefem_json(capfd):
-    """Run a command with --json - and return what it printed, on all ranks, and its exit code."""
-
-    def run(*arguments):
-        code = cli.main([*map(str, arguments), "--json", "-"])
-        printed = MPI.COMM_WORLD.bcast(capfd.readouterr().out, root=0)
-        return json.loads(printed), code
-
-    return run
-
-
-@pytest.fixture
-def refused(capfd):
-    """Run a command and return its exit code and what it said on stderr, on all ranks."""
-
-    def run(*arguments):
-        code = cli.main(list(map(str, arguments)))
-        out, err = MPI.COMM_WORLD.bcast(tuple(capfd.readouterr()), root=0)
-        assert out == ""
-        return code, err
-
-    return run
-
-
-# --- numbers ------------------------------------------------------------------------------------
-
-
-def test_the_common_problem(lobefem_json):
-    """One lobe, both rims held, the top one 4 mm higher, unstressed tension-field film, 5 Pa.
-
-    The volume is Surface Evolver's and NGSolve's, to the digits on which they agree.
-    """
-    lobe = lobefem.Isotensoid(3.8182)
-    results, code = lobefem_json(
-        "inflate", SINGLE, "--film", "tension-field", "--support", "fixed", "--lift", "4 mm",
-        "--slack-stiffness", "1e-4", "--pressure", "5", "--edge-radius", repr(lobe.edge_radius),
-        "--divisions", "24x32",
-    )  # fmt: skip
-    assert code == 0
-    assert results["converged"] is True
-    assert results["volume"] == pytest.approx(148.77577996, rel=1e-10)
-    assert results["max_displacement"] == pytest.approx(0.004, rel=1e-12)
-    assert results["iterations"] <= 10
-    assert results["num_dofs"] == 3 * 25 * 32
-    areas = [results[f"{kind}_area"] for kind in ("taut", "wrinkled", "slack")]
-    assert areas[1] / sum(areas) > 0.9
-    assert results["bar_force"] is None  # both rims are held
-    assert results["hoop_tension"] == []
-    assert results["pressure"] == 5.0
-    assert results["strain_energy"] > 0
-    assert 0 <= results["residual"] < 1e-6
-    assert isinstance(results["reason"], str)
-
-
-def test_the_modes_of_the_single_lobe(lobefem_json):
-    """docs/validation.md, R0 = 4.2/1.1 m: 47.70 +- 0.031i (sway), 156.6 (twist), both to 1 %."""
-    radius = lobefem.Isotensoid(4.2 / 1.1).edge_radius
-    results, code = lobefem_json(
-        "modes", SINGLE, "--edge-radius", repr(radius), "--count", "3",
-        "--pressure", "1000", "--pressure", "2 kPa",
-    )  # fmt: skip
-    assert code == 0
-    assert [entry["pressure"] for entry in results["pressures"]] == [1000.0, 2000.0]
-    first, second = results["pressures"]
-    assert [m["kind"] for m in first["modes"]] == ["sway", "sway", "twist"]
-    assert [m["harmonic"] for m in first["modes"]] == [1, 1, 0]
-    assert [m["real"] for m in first["modes"]] == pytest.approx([47.70, 47.70, 156.6], rel=1e-3)
-    assert [m["imag"] for m in first["modes"]] == pytest.approx([0.031, -0.031, 0], abs=1e-3)
-    assert max(m["residual"] for m in first["modes"]) < 1e-6
-    assert first["stable"] is True
-    assert second["modes"][0]["real"] > first["modes"][0]["real"]
-    assert results["state"] == "ideal"
-    assert results["mass"] == "unit"
-
-
-def test_the_critical_pressure_depends_on_the_mesh_and_says_so(lobefem_json, capfd):
-    pressures = []
-    for divisions in ("12x20", "12x26"):
-        results, code = lobefem_json("critical", SINGLE, "--divisions", divisions)
-        assert code == 0
-        assert results["divisions"] == [int(n) for n in divisions.split("x")]
-        assert results["kind"] == "local"
-        assert results["harmonic"] >= 2
-        assert "tends to 0 under refinement" in results["warnings"][0]
-        pressures.append(results["critical_pressure"])
-    assert pressures[0] > pressures[1] > 0
-
-
-def test_one_harmonic_alone_is_no_lower_than_all_of_them(lobefem_json):
-    lowest, _ = lobefem_json("critical", SINGLE, "--divisions", "12x20")
-    for n in (3, lowest["harmonic"]):
-        results, code = lobefem_json("critical", SINGLE, "--divisions", "12x20", "--harmonic", n)
-        assert code == 0
-        assert results["harmonic"] == n
-        assert results["critical_pressure"] >= lowest["critical_pressure"] * (1 - 1e-6)
-    assert results["critical_pressure"] == pytest.approx(lowest["critical_pressure"], rel=1e-6)
-
-
-def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared_path):
-    folder = shared_path / "chart"
-    options = ("--divisions", "12x20")
-    chart, code = lobefem_json("harmonics", STACK4, *options, "--out", folder)
-    assert code == 0
-    full, _ = lobefem_json("critical", STACK4, *options)
-    assert chart["critical_pressure"] == pytest.approx(full["critical_pressure"], rel=1e-8)
-    assert chart["harmonic"] == full["harmonic"]
-    assert [row["harmonic"] for row in chart["chart"]] == list(range(11))
-    assert "converge under refinement in low harmonics only" in chart["warnings"][0]
-    if MPI.COMM_WORLD.rank == 0:
-        assert (folder / "critical_pressures.png").read_bytes().startswith(b"\x89PNG")
-        assert json.loads((folder / "results.json").read_text()) == chart
-    some, _ = lobefem_json("harmonics", STACK4, *options, "--harmonics", "5,2:3")
-    assert [row["harmonic"] for row in some["chart"]] == [5, 2, 3]
-    assert some["chart"][1]["critical_pressure"] == pytest.approx(chart["chart"][2]["critical_pressure"])
-
-
-def test_the_critical_pressure_along_inflated_states(lobefem_json):
-    options = ("--divisions", "12x20", "--limit", "30 kPa")
-    found, code = lobefem_json("critical", SINGLE, *options, "--state", "inflated")
-    assert code == 0
-    held, _ = lobefem_json("critical", SINGLE, "--divisions", "12x20")
-    assert found["critical_pressure"] == pytest.approx(held["critical_pressure"], rel=0.05)
-    assert found["harmonic"] == held["harmonic"]
-    assert found["point"] == "bifurcation"
-    assert found["projection"] < 1e-3
-    assert found["bracket"][0] <= found["critical_pressure"] <= found["bracket"][1] * (1 + 1e-9)
-    low, _ = lobefem_json("critical", SINGLE, "--divisions", "6x10", "--limit", "300", "--state", "inflated")
-    assert low["critical_pressure"] is None
-    assert low["reason"] == "stable up to 300 Pa"
-
-
-def test_a_mesh_study_says_that_fixed_wrinkles_have_no_critical_pressure(lobefem_json, shared_path, comm):
-    folder = shared_path / "study"
-    meshes = ("--meshes", "12x16,18x24,24x32")
-    study, code = lobefem_json("critical", SINGLE, "--mesh-study", *meshes, "--out", folder)
-    assert code == 0
-    assert [row["divisions"] for row in study["meshes"]] == [[12, 16], [18, 24], [24, 32]]
-    assert study["published"] == 4600
-    assert any("no critical pressure" in sentence for sentence in study["verdict"])
-    if comm.rank == 0:
-        assert (folder / "mesh_study.png").stat().st_size > 20_000
-
-
-def test_tension_field_film_has_bounds_at_its_kink(lobefem_json):
-    film = ("--film", "tension-field", "--divisions", "12x20", "--support", "fixed")
-    found, code = lobefem_json("critical", SINGLE, *film)
-    assert code == 0
-    sides = found["sides"]
-    assert sides["wrinkled"] < sides["mean"] < sides["taut"]
-    assert found["bounds"] == [sides["wrinkled"], sides["mean"]]
-    chart, _ = lobefem_json("harmonics", SINGLE, *film)
-    assert chart["bounds"][0] == pytest.approx(sides["wrinkled"], rel=1e-6)
-    # null where no pressure makes the taut side unstable
-    bounds = [(row["critical_pressure"], row["upper_bound"]) for row in chart["chart"] if row["kind"]]
-    assert all(upper is None or lower <= upper for lower, upper in bounds)
-    modes, _ = lobefem_json("modes", SINGLE, *film, "--count", "2")
-    entry = modes["pressures"][0]
-    assert entry["modes"][0]["real"] < entry["mean_modes"][0]["real"] < entry["taut_modes"][0]["real"]
-    assert "a lower bound" in modes["warnings"][0]
-
-
-def test_modes_of_some_harmonics(lobefem_json):
-    options = ("--divisions", "6x10", "--count", "4")
-    some, code = lobefem_json("modes", SINGLE, *options, "--harmonics", "2:3")
-    assert code == 0
-    found = some["pressures"][0]["modes"]
-    assert {m["harmonic"] for m in found} <= {2, 3}
-    full, _ = lobefem_json("modes", SINGLE, "--divisions", "6x10", "--count", "30")
-    values = [m["real"] for m in full["pressures"][0]["modes"] if m["harmonic"] in (2, 3)]
-    assert [m["real"] for m in found] == pytest.approx(values[:4], rel=1e-8)
-
-
-def test_a_mass_of_one_a_node_gives_other_eigenvalues_of_the_same_modes(lobefem_json):
-    unit, _ = lobefem_json("modes", SINGLE, *COARSE, "--count", "1")
-    nodal, _ = lobefem_json("modes", SINGLE, *COARSE, "--count", "1", "--mass", "nodal")
-    one, other = (r["pressures"][0]["modes"][0] for r in (unit, nodal))
-    assert one["kind"] == other["kind"] == "sway"
-    assert one["real"] != pytest.approx(other["real"], rel=0.1)
-
-
-def test_modes_of_inflated_states(lobefem_json):
-    """Fixed wrinkles with prestress hardly move: the modes are close to those held."""
-    options = (*COARSE, "--count", "1", "--pressure", "50", "--pressure", "100")
-    held, _ = lobefem_json("modes", SINGLE, *options)
-    inflated, code = lobefem_json("modes", SINGLE, *options, "--state", "inflated")
-    assert code == 0
-    assert inflated["state"] == "inflated"
-    for a, b in zip(held["pressures"], inflated["pressures"], strict=True):
-        assert a["modes"][0]["real"] == pytest.approx(b["modes"][0]["real"], rel=0.1)
-        assert b["state_residual"] < 1e-8 < a["state_residual"]
-
-
-def test_the_cylinder_finds_the_isotensoids_form(lobefem_json):
-    """The design's film stretches by 42 % to an isotensoid of its edge radius (paper figs 8-10)."""
-    results, code = lobefem_json("inflate", CYLINDER, "--divisions", "12x16")
-    lobe = lobefem.Isotensoid.from_edge_radius(2.0)
-    assert code == 0
-    # facets of 16 around enclose 16/(2 pi) sin(2 pi/16) = 0.974 of the volume
-    assert results["volume"] == pytest.approx(0.974 * lobe.volume, rel=0.03)
-    assert results["max_displacement"] == pytest.approx(lobe.R0 - 2.0, rel=0.03)
-
-
-@pytest.mark.parametrize(
-    ("options", "prestress"),
-    [
-        ((), 5.0),
-        (("--no-prestress",), 0.0),
-        (("--film", "isotropic"), 0.0),
-        (("--film", "tension-field"), 0.0),
-        (("--film", "isotropic", "--prestress"), 5.0),
-    ],
-)
-def test_only_fixed_wrinkles_are_prestressed_unless_asked(lobefem_json, options, prestress):
-    results, code = lobefem_json("inflate", SINGLE, *COARSE, "--pressure", "5", *options)
-    assert code == 0
-    assert results["prestress"] == prestress
-
-
-def test_slack_stiffness_of_isotropic_film_is_said_to_do_nothing(lobefem_json):
-    results, _ = lobefem_json("inflate", SINGLE, *COARSE, "--film", "isotropic", "--slack-stiffness", "1e-4")
-    assert results["warnings"] == ["isotropic film has no slack part, so slack_stiffness has no effect"]
 
 
 # --- output -------------------------------------------------------------------------------------
@@ -312,12 +92,38 @@ def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
     from petsc4py import PETSc
 
     arguments = ["inflate", SINGLE, *COARSE, "--json", "-"]
-    assert cli.main([*arguments, "--petsc", "-lobefem_inflate_snes_monitor"]) == 0
+    given = "-lobefem_inflate_snes_monitor -lobefem_inflate_snes_max_itt 9"
+    assert cli.main([*arguments, "--petsc", given]) == 0
     out, err = capfd.readouterr()
-    assert "lobefem_inflate_snes_monitor" not in PETSc.Options().getAll()
+    assert not [name for name in PETSc.Options().getAll() if name.startswith("lobefem_inflate_snes_m")]
     if comm.rank == 0:
         assert "SNES Function norm" in err  # PETSc prints on stdout, which is for JSON here
-        json.loads(out)
+        told = "no solver of this run has read the PETSc options -lobefem_inflate_snes_max_itt; check their"
+        assert told in json.loads(out)["warnings"][-1]
+        assert told in err
+
+
+def test_the_prefixes_of_petsc_options_are_those_of_the_solvers():
+    sources = (Path(lobefem.__file__).parent).glob("*.py")
+    used = {name for source in sources for name in re.findall(r'"(lobefem_[a-z]+_)"', source.read_text())}
+    assert set(_petsc.PREFIXES) == used
+
+
+def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm):
+    arguments = ["modes", SINGLE, *COARSE, "--count", "1"]
+    for line in (["--quiet", *arguments], [*arguments, "-q"]):
+        assert cli.main(line) == 0
+        out, err = capfd.readouterr()
+        assert out == ""
+        assert err.startswith("lobefem: warning: ") == (comm.rank == 0)
+    for line in (["-v", *arguments], [*arguments, "--verbose"]):
+        assert cli.main(line) == 0
+        out, err = capfd.readouterr()
+        if comm.rank == 0:
+            assert "modes at 1000 Pa: lowest" in err
+            assert out.split()[-1] == "stable"
+        else:
+            assert out == err == ""
 
 
 # --- what is refused ----------------------------------------------------------------------------
@@ -352,6 +158,10 @@ def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
         (("inflate", SINGLE, "--slack-stiffness", "2"), "--slack-stiffness: '2' must be in [0, 1)"),
         (("inflate", SINGLE, "--pressure", "5", "--pressure", "6"),
          "inflate takes one pressure, not 5, 6 Pa; give one, e.g. --pressure 6"),
+        (("inflate", SINGLE, "--petsc", "snes_monitor"), "--petsc: 'snes_monitor' is no option; write"),
+        (("inflate", SINGLE, "--petsc", "-lobefem_inflat_snes_monitor"),
+         "--petsc: no solver takes '-lobefem_inflat_snes_monitor'; theirs begin with -lobefem_inflate_"),
+        (("--quiet", "inflate", SINGLE, "--verbose"), "--quiet and --verbose contradict each other"),
         (("inflate", SINGLE, "--json", "none/x.json"), "none' cannot be written to; give another"),
         (("inflate", SINGLE, "--out", SINGLE), "is a file, not a folder; give another --out"),
         (("inflate", SINGLE, "--out", MESHES), "is not empty; give another --out, or --overwrite"),
@@ -446,15 +256,15 @@ def test_a_solve_that_fails_at_once_has_null_results(capfd, comm):
 
 
 def test_modes_before_a_failure_are_kept(capfd, monkeypatch, comm):
-    from lobefem import tasks
+    from lobefem import stability
 
     def fail_at_second(state, count, **options):
         if state.pressure > 60:
             raise SolveError("the eigensolver is tired; try coffee")
         return found(state, count, **options)
 
-    found = tasks.find_modes
-    monkeypatch.setattr(tasks, "find_modes", fail_at_second)
+    found = stability.find_modes
+    monkeypatch.setattr(stability, "find_modes", fail_at_second)
     pressures = ["--pressure", "50", "--pressure", "100"]
     assert cli.main(["modes", SINGLE, *COARSE, "--count", "1", *pressures, "--json", "-"]) == 3
     out, err = MPI.COMM_WORLD.bcast(tuple(capfd.readouterr()), root=0)
@@ -464,26 +274,6 @@ def test_modes_before_a_failure_are_kept(capfd, monkeypatch, comm):
     results = json.loads(out)
     assert [entry["pressure"] for entry in results["pressures"]] == [50.0]
     assert results["reason"] == "SolveError"
-
-
-@pytest.mark.parametrize(
-    ("pressure", "reason"),
-    [
-        (np.inf, "stable at any pressure that the film can bear"),
-        (0.0, "unstable at any pressure"),
-    ],
-)
-def test_no_critical_pressure_is_said_in_words(lobefem_json, monkeypatch, pressure, reason):
-    from lobefem.critical import CriticalPressure
-
-    monkeypatch.setattr(
-        studies, "critical_pressure", lambda balloon, harmonic: CriticalPressure(pressure, None, (), (6, 10))
-    )
-    results, code = lobefem_json("critical", SINGLE, *COARSE)
-    assert code == 0
-    assert results["critical_pressure"] == (None if pressure else 0.0)
-    assert results["reason"] == reason
-    assert results["kind"] is None
 
 
 def test_standard_streams_may_be_closed(monkeypatch):
@@ -556,6 +346,40 @@ def test_help_teaches(capfd, arguments, words):
         assert word in out
 
 
+COMMANDS = typer.main.get_command(cli.app).commands
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_examples_of_the_help_are_sound(name):
+    """Each command's epilog has two or more; their options exist, and their files."""
+    examples = re.findall(r"\[bold\](.*?)\[/bold\]", COMMANDS[name].epilog)
+    assert len(examples) >= 2
+    for line in examples:
+        words = line[line.index("lobefem ") :].split()
+        assert words[:2] == ["lobefem", name]
+        COMMANDS[name].make_context(name, words[2:])  # raises what is wrong
+        assert all((MESHES.parent / word).is_file() for word in words if word.endswith(".toml"))
+
+
+def test_completion_knows_commands_options_and_design_files(shared_path, monkeypatch, comm):
+    if comm.rank == 0:
+        (shared_path / "designs").mkdir()
+        for name in ("designs/one.toml", "designs/two.toml", "notes.txt", ".hidden.toml"):
+            (shared_path / name).touch()
+    comm.Barrier()
+    monkeypatch.chdir(shared_path)
+    assert options._design_files("") == ["designs/one.toml", "designs/two.toml"]
+    assert options._design_files("designs/t") == ["designs/two.toml"]
+    assert options._design_files("none/") == []
+    monkeypatch.setenv("_LOBEFEM_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_CWORD", "2")
+    monkeypatch.setenv("COMP_WORDS", "lobefem modes --cou")
+    said = io.StringIO()
+    with redirect_stdout(said), pytest.raises(SystemExit) as end:
+        cli.main(["modes"])
+    assert (end.value.code, said.getvalue().split()) == (0, ["--count"])
+
+
 def start(*command, **variables):
     return subprocess.run(
         command,
@@ -573,8 +397,8 @@ def test_help_loads_nothing_heavy():
     program = textwrap.dedent("""
         import sys
         from lobefem.cli import main
-        assert main(["--help"]) == 0
-        heavy = {"dolfinx", "mpi4py", "petsc4py", "ufl", "numpy", "scipy", "pydantic"}
+        assert main(["--help"]) == main(["perturb", "--help"]) == 0
+        heavy = {"dolfinx", "mpi4py", "petsc4py", "ufl", "numpy", "scipy", "pyvista", "gmsh", "matplotlib"}
         print(sorted(heavy & set(sys.modules)))
     """)
     done = start(sys.executable, "-c", program)

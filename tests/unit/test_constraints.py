@@ -141,3 +141,12 @@ def test_held_edge_by_name_and_a_rim_that_follows_its_plate(comm):
     surface = lobed_cylinder(1, (3, 7), comm=comm)
     named = Balloon(surface, Isotropic(), [Held("rim_bottom"), Held("rim_top", (2,))])
     assert named.map.size == 3 * 28 - 21 - 7
+
+
+def test_rigid_motions_of_free_film_strain_nothing(comm):
+    balloon = Balloon(lobed_cylinder(1, (3, 7), comm=comm), Isotropic())
+    K = balloon.tangent(balloon.map.create_vector())  # without load
+    motions = balloon.map.rigid_motions(balloon.V.tabulate_dof_coordinates())
+    for k, v in enumerate(motions):
+        assert (K * v).norm() < 1e-12 * K.norm()
+        assert [v.dot(w) for w in motions] == pytest.approx(np.eye(6)[k], abs=1e-12)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
+from lobefem import _petsc
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
 from lobefem.equilibrium import ideal_state, inflate
@@ -81,6 +82,24 @@ def test_start_makes_no_difference_to_the_equilibrium(comm):
     twice = inflate(balloon, 20.0, start=inflate(balloon, 5.0), rtol=1e-11)
     np.testing.assert_allclose(once.displacement, twice.displacement, rtol=0, atol=1e-9)
     assert twice.steps == (20.0,)
+
+
+def test_a_tangent_is_kept_while_it_serves(comm, monkeypatch):
+    def counted(self, *given, **options):
+        tangents.append(given)
+        return tangent(self, *given, **options)
+
+    monkeypatch.setattr("lobefem._snes._MANY", 0)
+    tangent, tangents = Balloon.tangent, []
+    monkeypatch.setattr(Balloon, "tangent", counted)
+    balloon = stack(comm)
+    kept = inflate(balloon, 5.0)
+    assert len(tangents) < kept.iterations
+    tangents.clear()
+    monkeypatch.setattr("lobefem._snes._CHEAP_STEPS", 0)
+    renewed = inflate(balloon, 5.0)
+    assert len(tangents) == renewed.iterations <= kept.iterations
+    assert kept.volume == pytest.approx(renewed.volume, rel=1e-10)
 
 
 def test_zero_pressure_is_the_reference_state(comm):
@@ -158,6 +177,27 @@ def test_users_options_reach_snes(comm):
     finally:
         options.delValue("snes_max_it")
     assert inflate(balloon, 5.0).converged
+
+
+@pytest.mark.parametrize(
+    ("load", "solver"),
+    [
+        # crude compression, which GMRES mends
+        ("closed", {"mat_mumps_cntl_7": 1e-2}),
+        ("film", {"mat_mumps_cntl_7": 1e-2}),
+        ("closed", {"ksp_type": "cg", "ksp_max_it": 2000, "pc_type": "gamg", "mg_levels_pc_type": "jacobi"}),
+    ],
+    ids=["compressed-closed", "compressed-film", "multigrid"],
+)
+def test_other_linear_solvers_lead_to_the_same_state(comm, monkeypatch, load, solver):
+    monkeypatch.setattr("lobefem._petsc.COMPRESS", 0)
+    with _petsc.options("lobefem_inflate_", solver):
+        other = inflate(stack(comm, load=load), 5.0)
+    monkeypatch.undo()
+    direct = inflate(stack(comm, load=load), 5.0)
+    assert other.volume == pytest.approx(direct.volume, rel=1e-9)
+    difference = np.abs(other.displacement - direct.displacement).max(initial=0.0)
+    assert comm.allreduce(float(difference)) < 1e-6
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from lobefem import cli
 from lobefem.balloon import Balloon
@@ -13,8 +14,10 @@ from lobefem.contact import SelfContact
 from lobefem.distortions import Bend, Tip
 from lobefem.errors import InputError
 from lobefem.films import TensionField
+from lobefem.frames import load_frames
 from lobefem.loads import GasPressure
 from lobefem.perturbation import perturb
+from lobefem.pictures import save_picture
 from lobefem.plates import EndPlates
 from lobefem.states import load_state, save_state
 from lobefem.surface import lobed_cylinder
@@ -115,6 +118,14 @@ def test_the_command(capfd, shared_path, comm):
     if comm.rank == 0:
         assert (folder / "history.png").stat().st_size > 20_000
         assert (folder / "checkpoint.npz").exists()
+        save_picture(folder, "release", folder / "release.gif", width=40)
+        kept = load_frames(folder)
+        assert {0, len(ramp) - 1, len(results["history"]) - 1} <= set(kept.points)
+        sizes = [np.linalg.norm(u, axis=1).max() for u in kept.displacements]
+        assert int(np.argmax(sizes)) == kept.points.index(len(ramp) - 1)
+        assert sizes[-1] < 1e-3 * max(sizes)
+        with Image.open(folder / "release.gif") as image:
+            assert image.n_frames >= len(kept.points)
     # a run that is complete goes on to the same end at once
     code = cli.main(
         [*STACK, "--bend", "4", "--steps", "6", "--release", "--out", str(folder), "--resume", "--json", "-"]

@@ -241,3 +241,27 @@ def test_numbers_out_of_range_are_refused(comm, change, text):
     empty = Moment(balloon, 0.0, 0.0, rest.unknowns)
     with pytest.raises(InputError, match="needs a gas pressure"):
         release(empty)
+
+
+def test_forces_that_fade_slowly_do_the_work_that_damping_does_otherwise(comm):
+    """Abaqus turns a removed boundary condition into its force and lets that fade over the step."""
+    balloon, rest = stack(comm, lobes=1)
+    start = swayed(balloon, 0.5)
+    at_once, faded = (
+        release(start, undistorted=rest, damping=0.01, fade=fade, tolerance=2e-4, count=1)
+        for fade in (None, 1.0)
+    )
+    assert {at_once.outcome, faded.outcome} == {RETURNED}
+    for found in (at_once, faded):
+        assert found.ledger.error < 1e-2
+        np.testing.assert_allclose(found.state.displacement, rest.displacement, atol=1e-6)
+    assert at_once.ledger.constraint == 0
+    # near to equilibrium throughout, they take nearly all that the gas gives
+    assert faded.ledger.constraint == pytest.approx(-at_once.ledger.damping, rel=0.2)
+    assert faded.ledger.damping < 0.2 * at_once.ledger.damping
+    assert faded.history[-1].time >= 1.0
+    assert faded.history[1].relative_residual < 1e-2 * at_once.history[1].relative_residual
+    with pytest.raises(InputError, match="cannot be resumed"):
+        release(start, undistorted=rest, fade=1.0, history=faded.history)
+    with pytest.raises(InputError, match="fade = 0 must be a positive number"):
+        release(start, undistorted=rest, fade=0)

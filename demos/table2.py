@@ -1,0 +1,596 @@
+"""Does a bent stack come back when it is let go (paper sec. 6, figs 23 and 24, table 2)?
+
+Four lobes under 5 Pa are bent by 7.5 or 15 degrees, with self-contact, and let go: damped motion,
+equilibrium without damping, lowest eigenvalue. The paper leaves open what the gas does to the end plates
+(`film` or `closed`) and how the bottom is held (clamped or pinned), so all combinations are tried; with
+--larger also larger bends and other distortions. Volumes are printed beside the paper's table 2.
+
+One of the cases is let go once more with fading forces, as Abaqus lets go of a constraint in a static
+step, and stopped at the end of that step with several dampings. Runs serially or under mpirun.
+
+    python demos/table2.py --out out/table2
+    python demos/table2.py --divisions 24x32 --angles 7.5,15 --json table2.json --out out/table2
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+
+# isort: split
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from mpi4py import MPI
+
+from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
+from lobefem.charts import perturbation
+from lobefem.contact import SelfContact
+from lobefem.contours import horizontal_displacements
+from lobefem.distortions import Bend, Distortion, Tip, Twist, Wave, release_start
+from lobefem.equilibrium import Equilibrium, record
+from lobefem.errors import ConvergenceError, LobefemError
+from lobefem.perturbation import Perturbed, Point, perturb
+from lobefem.provenance import provenance
+from lobefem.release import Moment, Released, release
+from lobefem.stability import find_modes
+
+LOBES, PRESSURE = 4, 5.0
+LOADS, SUPPORTS, ANGLES = ("film", "closed"), ("clamped", "pinned"), (7.5, 15.0)
+# bend angle [degrees]: volume after pressurisation, distorted, and at the end [m^3], as printed
+PAPER = {7.5: (591.96, 589.19, 575.57), 15.0: (591.96, 581.61, 571.151)}
+PAPER_MIDDLE = 2.4  # displacement of the mid hoop at the end [m], fig. 23
+STEP = 1.0  # duration of a static step [s]
+DAMPINGS = (10.0, 1.0, 0.1, 0.01)  # of the release that is stopped at a step's end
+SHARES = (0.0, 0.1, 0.3, 0.6, 0.9)  # of the energy gone, where the tangent on the way is looked at
+LARGER = (Bend(30), Bend(45), Twist(40), Tip(1.6), Wave(2, 0.3), Wave(3, 0.2))
+KEPT = 30  # points of a ramp's or a release's history on file
+
+Say = Callable[[str], None]
+Runs = Mapping[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A load, a support and a distortion."""
+
+    load: str
+    support: str
+    distortion: Distortion
+
+    @property
+    def amount(self) -> float:
+        """Of the distortion [degrees or m]."""
+        s = self.distortion.parameter
+        return round(math.degrees(s), 9) if self.distortion.unit == "rad" else s
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        unit = "degrees" if self.distortion.unit == "rad" else self.distortion.unit
+        return f"{self.load}, {self.support}, {self.distortion.kind} {self.amount:g} {unit}"
+
+    @property
+    def file(self) -> str:
+        """For file names."""
+        kind = self.distortion.kind.replace(" of n = ", "_").replace(" ", "_")
+        return f"{self.load}_{self.support}_{kind}_{self.amount:g}"
+
+
+def matrix(angles: Iterable[float] = ANGLES) -> list[Case]:
+    """All combinations that the paper's text allows."""
+    return [Case(load, support, Bend(a)) for a in angles for load in LOADS for support in SUPPORTS]
+
+
+def larger() -> list[Case]:
+    """Larger and other distortions, of the load that has a potential."""
+    return [Case("closed", support, d) for d in LARGER for support in SUPPORTS]
+
+
+def stack(
+    divisions: tuple[int, int], load: str, support: str, comm: Any, order: int = 1, contact: bool = True
+) -> Balloon:
+    """Four lobes of the paper's design, the isotensoid's stress built in. Collective."""
+    surface = lobed_cylinder(LOBES, divisions, comm=comm, order=order)
+    parts = [GasPressure(load), Hoops(), EndPlates(support=support), *([SelfContact()] if contact else [])]
+    return Balloon(surface, TensionField(), parts, prestressed=True)
+
+
+# --- one case -----------------------------------------------------------------------------------
+
+
+def study(case: Case, divisions: tuple[int, int], comm: Any, say: Say) -> tuple[dict[str, Any], Perturbed]:
+    """Bend, let go, and look at the tangent on the way. Collective."""
+    begin = time.process_time()
+    balloon = stack(divisions, case.load, case.support, comm)
+    way: list[Any] = []  # the states that the steps of the release began at
+
+    def keep(state: Any, notes: Mapping[str, Any]) -> None:
+        if notes["phase"] == "release" and notes["records"]:
+            way.append((notes["records"][-1]["number"], state))
+
+    found = perturb(balloon, PRESSURE, case.distortion, let_go=True, keep=keep, progress=say)
+    released, end = _released(found), found.ramp[-1]
+    seconds = comm.allreduce(time.process_time() - begin)
+    final = released.state
+    numbers = {
+        "divisions": list(divisions),
+        "load": case.load,
+        "support": case.support,
+        "distortion": case.distortion.kind,
+        "amount": case.amount,
+        "volume_original": found.original.volume,
+        "volume_imposed": end.volume,
+        "volume_final": released.history[-1].volume if final is None else final.volume,
+        "work_of_constraint": end.ledger.constraint,
+        "strain_imposed": end.ledger.strain,
+        "contact_imposed": end.ledger.contact,
+        "middle_imposed": end.mid_hoop_displacement,
+        "outcome": released.outcome,
+        "reason": released.reason,
+        "min_eigenvalue": released.lowest,
+        "residual": released.history[-1].relative_residual if final is None else final.relative_residual,
+        "distance": released.distance,
+        "rotation": math.degrees(released.rotation),
+        "first_contact": _amount(case, found.first_contact),
+        "smallest_gap": min(p.gap for p in found.history if p.gap is not None),
+        "energy": vars(released.ledger) | {"error": released.ledger.error},
+        "way": _tangents(way, released),
+        "history": _thinned(case, found.history),
+        "seconds": seconds,
+    }
+    return numbers, found
+
+
+def _released(found: Perturbed) -> Released:
+    assert found.released is not None  # `let_go` was asked for
+    return found.released
+
+
+def _amount(case: Case, s: float | None) -> float | None:
+    return math.degrees(s) if s is not None and case.distortion.unit == "rad" else s
+
+
+def _tangents(way: Sequence[tuple[int, Any]], released: Released) -> list[dict[str, float]]:
+    """Lowest eigenvalues of the free balloon's tangent at a few places on the way. Collective."""
+    records = {r.number: r for r in released.history}
+    begun = {number - 1: state for number, state in way if number > 0}
+    lost = {n: records[n].ledger.damping / max(released.ledger.damping, 1e-300) for n in begun}
+    found = []
+    for share in SHARES:
+        n = min(lost, key=lambda n: abs(lost[n] - share))
+        state = begun[n]
+        state.balloon.set_loads(state.pressure, state.prestress)
+        free = record(state.balloon, state.vector(), False, "in motion", 0, ())
+        lowest = float(find_modes(free, 3).values.real.min())
+        found.append({"time": records[n].time, "lost": lost[n], "lowest": lowest})
+    return found
+
+
+def _thinned(case: Case, history: Sequence[Point]) -> dict[str, Any]:
+    """Ramp and release as columns of few digits and points."""
+
+    def columns(points: Sequence[Point], **values: Callable[[Point], float | None]) -> dict[str, Any]:
+        chosen = sorted(set(np.linspace(0, len(points) - 1, KEPT).round().astype(int))) if points else []
+        return {
+            name: [float(f"{value(points[i]) or 0.0:.5g}") for i in chosen] for name, value in values.items()
+        }
+
+    common: dict[str, Callable[[Point], float | None]] = {
+        "middle": lambda p: p.mid_hoop_displacement,
+        "pressure": lambda p: p.ledger.pressure,
+        "strain": lambda p: p.ledger.strain,
+        "contact": lambda p: p.ledger.contact,
+    }
+    return {
+        "ramp": columns(
+            [p for p in history if p.time is None],
+            parameter=lambda p: _amount(case, p.parameter),
+            reaction=lambda p: p.reaction,
+            **common,
+        ),
+        "release": columns(
+            [p for p in history if p.time is not None],
+            time=lambda p: p.time,
+            residual=lambda p: p.residual,
+            damping=lambda p: p.ledger.damping,
+            **common,
+        ),
+    }
+
+
+def stopped(
+    case: Case, divisions: tuple[int, int], dampings: Sequence[float], comm: Any, say: Say
+) -> list[dict[str, Any]]:
+    """A distorted balloon let go by forces that fade over a step, and stopped at its end. Collective."""
+    held = perturb(stack(divisions, case.load, case.support, comm), PRESSURE, case.distortion, progress=say)
+    original, imposed = held.original, held.imposed
+    assert imposed is not None  # nothing was resumed
+    start, rows = release_start(imposed), []
+    for damping in dampings:
+        end = release(
+            start, undistorted=original, damping=damping, fade=STEP, end_time=STEP, count=1, progress=say
+        )
+        last = end.history[-1]
+        rows.append(
+            {
+                "damping": damping,
+                "volume_imposed": imposed.volume,
+                "volume": last.volume,
+                "middle": abs(last.middle[0]),
+                "unbalanced": last.relative_residual,
+                "work_of_fading_forces": last.ledger.constraint,
+                "error": last.ledger.error,
+                "outcome": end.outcome,
+            }
+        )
+    return rows
+
+
+def tumbled(rest: Equilibrium, seed: int, size: float) -> Moment:
+    """Random large waves on the lobes (n to 4) and on the axis, as far as the film does not meet itself.
+
+    Collective.
+
+    Args:
+        rest: the equilibrium that they are added to.
+        seed: of the random numbers.
+        size: root mean square of the lobes' waves; those of the axis are twice as large [m].
+    """
+    balloon, random = rest.balloon, np.random.default_rng(seed)
+    x, motion = balloon.V.tabulate_dof_coordinates(), balloon.motion
+    height = (x - motion.centres[0]) @ motion.direction / motion.length
+    angle = np.arctan2(x[:, 1], x[:, 0])
+    outwards = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
+    waves, aside = np.zeros_like(angle), np.zeros_like(x)
+    for lobe in range(LOBES):
+        on = np.floor(LOBES * height) == lobe
+        for n in range(5):
+            wave = random.normal() * np.cos(n * angle + random.uniform(0, 2 * np.pi))
+            waves += np.where(on, wave * np.sin(np.pi * LOBES * height) ** 2, 0.0)
+    for m in (1, 2, 3):
+        a, phi = random.normal(), random.uniform(0, 2 * np.pi)
+        aside += np.outer(2 * a * np.sin(m * np.pi * height), [np.cos(phi), np.sin(phi), 0.0])
+    change = (waves[:, None] * outwards / math.sqrt(5) + aside).ravel()[balloon.map.free]
+    while True:
+        q = rest.vector()
+        q.array[: len(change)] += size * change
+        balloon.place(q)
+        if balloon.contact is None or not balloon.contact.intersects(balloon.u):
+            return Moment(balloon, rest.pressure, rest.prestress, q.array_r.copy())
+        size *= 0.8
+
+
+def tumble(divisions: tuple[int, int], count: int, size: float, comm: Any, say: Say) -> list[dict[str, Any]]:
+    """Releases from random shapes, with `closed` pressure. Collective."""
+    rows = []
+    for seed in range(count):
+        support = SUPPORTS[seed % 2]
+        rest = inflate(stack(divisions, "closed", support, comm), PRESSURE)
+        end = release(tumbled(rest, seed, size), undistorted=rest, count=2, progress=say)
+        volumes = [r.volume for r in end.history]
+        rows.append(
+            {
+                "divisions": list(divisions),
+                "seed": seed,
+                "support": support,
+                "size": size,
+                "volume_original": rest.volume,
+                "least_volume": min(volumes),
+                "energy": end.ledger.damping,
+                "contact": max(r.contact_energy for r in end.history) > 0,
+                "outcome": end.outcome,
+                "reason": end.reason,
+                "min_eigenvalue": end.lowest,
+                "error": end.ledger.error,
+            }
+        )
+    return rows
+
+
+def volumes(meshes: Sequence[tuple[int, int, int]], comm: Any) -> list[dict[str, Any]]:
+    """Volume of the pressurised stack on meshes (along, around, order). Collective."""
+    rows = []
+    for along, around, order in meshes:
+        state = inflate(stack((along, around), "closed", "pinned", comm, order, contact=False), PRESSURE)
+        drawn = state.balloon.reference_volume
+        rows.append({"mesh": [along, around, order], "drawn": drawn, "pressurised": state.volume})
+    return rows
+
+
+# --- all of it ----------------------------------------------------------------------------------
+
+
+def run(
+    divisions: tuple[int, int] = (8, 12),
+    cases: Sequence[Case] = tuple(matrix(ANGLES[:1])),
+    out: str | Path = "out/table2",
+    *,
+    numbers: dict[str, Any] | None = None,
+    file: Path | None = None,
+    dampings: Sequence[float] = DAMPINGS,
+    meshes: Sequence[tuple[int, int, int]] = (),
+    random: int = 0,
+    size: float = 0.4,
+    comm: Any = MPI.COMM_WORLD,
+    say: Say = lambda text: None,
+) -> dict[str, Any]:
+    """The whole demo; returns its numbers on every rank. Collective.
+
+    Args:
+        divisions: of a lobe along its meridian, and around.
+        cases: what to try; those that `numbers` has for this mesh are not tried again.
+        out: folder of the figures.
+        numbers: of earlier runs, to be added to.
+        file: where to keep the numbers after each case; in the folder by default.
+        dampings: of the last case's release that is stopped at the end of a step; none to leave it out.
+        meshes: (along, around, order) whose volumes are wanted.
+        random: how many random shapes to let go as well.
+        size: of these, see `tumbled` [m].
+        comm: communicator.
+        say: called with lines of text.
+    """
+    out = Path(out)
+    file = file or out / "table2.json"
+    if comm.rank == 0:
+        out.mkdir(parents=True, exist_ok=True)
+    comm.Barrier()
+    mesh = "{}x{}".format(*divisions)
+    numbers = {"runs": {}, "stopped": {}, "random": [], "volumes": []} | (numbers or {})
+    numbers["made_with"] = provenance(comm)
+    for case in cases:
+        name = f"{mesh}, {case.name}"
+        if name in numbers["runs"]:
+            continue
+        say(name)
+        try:
+            numbers["runs"][name], found = study(case, divisions, comm, say)
+        except ConvergenceError as error:
+            say(f"{name}: {error}")
+            continue
+        _save(file, numbers, comm)
+        _draw(case, found, out, comm)
+    name = f"{mesh}, {cases[-1].name}" if cases else ""
+    if dampings and cases and name not in numbers["stopped"]:
+        numbers["stopped"][name] = stopped(cases[-1], divisions, dampings, comm, say)
+    if meshes:
+        numbers["volumes"] = volumes(meshes, comm)
+    if random:
+        numbers["random"] = tumble(divisions, random, size, comm, say)
+    _save(file, numbers, comm)
+    if comm.rank == 0:
+        for angle in sorted({r["amount"] for r in _bends(numbers["runs"])}):
+            middle(numbers["runs"], mesh, angle).savefig(out / f"fig23_{angle:g}.png", dpi=200)
+        landscape(numbers["runs"], mesh).savefig(out / "landscape.png", dpi=200)
+    comm.Barrier()
+    return numbers
+
+
+def _save(file: Path, numbers: Mapping[str, Any], comm: Any) -> None:
+    """JSON with one line for each run, from rank 0. Not collective."""
+    if comm.rank == 0:
+        runs = ",\n".join(f"{json.dumps(k)}: {json.dumps(v)}" for k, v in numbers["runs"].items())
+        rest = ",\n".join(f"{json.dumps(k)}: {json.dumps(v)}" for k, v in numbers.items() if k != "runs")
+        file.write_text(f'{{{rest},\n"runs": {{\n{runs}\n}}}}\n', encoding="utf-8")
+
+
+# --- figures ------------------------------------------------------------------------------------
+
+
+def _bends(runs: Runs, mesh: str = "") -> list[dict[str, Any]]:
+    return [r for name, r in runs.items() if r["distortion"] == "bend" and name.startswith(mesh)]
+
+
+def _draw(case: Case, found: Perturbed, out: Path, comm: Any) -> None:
+    """One case: shapes with the horizontal displacement (fig. 24), and its ramp, release and ledger."""
+    shapes = []
+    for caption, state in (("imposed", found.imposed), (_released(found).outcome, _released(found).state)):
+        if state is not None:
+            shapes.append((f"{caption}, V = {state.volume:.2f} m³", state.displacement))
+    balloon = found.original.balloon
+    drawn = horizontal_displacements(balloon, shapes, title=case.name)
+    if comm.rank == 0 and drawn is not None:
+        drawn.savefig(out / f"fig24_{case.file}.png")
+        unit = "degrees" if case.distortion.unit == "rad" else "m"
+        history = perturbation(found.history, unit=unit, reaction_unit=case.distortion.reaction_unit)
+        history.savefig(out / f"ledger_{case.file}.png")
+
+
+COLOURS = {"film": "#D55E00", "closed": "#0072B2"}
+DASHES = {"clamped": "-", "pinned": "--"}
+
+
+def middle(runs: Runs, mesh: str, angle: float) -> Figure:
+    """How far the mid hoop is aside, over the ramp and the release (paper fig. 23)."""
+    sheet = Figure(figsize=(6.6, 2.8), layout="constrained")
+    FigureCanvasAgg(sheet)
+    left, right = sheet.subplots(1, 2, sharey=True, width_ratios=(1, 2))
+    for r in _bends(runs, mesh):
+        if r["amount"] != angle:
+            continue
+        look = {"color": COLOURS[r["load"]], "ls": DASHES[r["support"]], "lw": 1.2}
+        ramp, motion = r["history"]["ramp"], r["history"]["release"]
+        left.plot(np.array(ramp["parameter"]) / angle, np.abs(ramp["middle"]), **look)
+        after = np.array(motion["time"]) > 0
+        sides = np.abs(np.array(motion["middle"]))
+        right.semilogx(
+            np.array(motion["time"])[after], sides[after], label=f"{r['load']}, {r['support']}", **look
+        )
+    left.set(xlabel=f"share of {angle:g} degrees", ylabel="mid hoop's displacement [m]", title="Distortion")
+    right.set(xlabel="time since the release [s], damping 1", title="Release")
+    for axes in (left, right):
+        axes.axhline(PAPER_MIDDLE, color="0.6", lw=0.8, ls=":")
+        axes.set_ylim(0, 1.08 * PAPER_MIDDLE)
+        axes.spines[["top", "right"]].set_visible(False)
+    right.text(0.98, PAPER_MIDDLE, "paper's end", ha="right", va="bottom", fontsize=7, color="0.4",
+               transform=right.get_yaxis_transform())  # fmt: skip
+    right.legend(frameon=False, fontsize=7)
+    return sheet
+
+
+def landscape(runs: Runs, mesh: str) -> Figure:
+    """Energy above the original's against the mid hoop's displacement: ways up, down, and the paper's."""
+    sheet = Figure(figsize=(5.2, 3.6), layout="constrained")
+    FigureCanvasAgg(sheet)
+    axes = sheet.add_subplot()
+    shown = [r for r in _bends(runs, mesh) if r["load"] == "closed"]
+    for r in shown:
+        ramp, motion = r["history"]["ramp"], r["history"]["release"]
+        colour = "#0072B2" if r["support"] == "pinned" else "#009E73"
+        axes.plot(np.abs(ramp["middle"]), _potential(ramp), color="0.55", lw=1.0)
+        axes.plot(np.abs(motion["middle"]), _potential(motion), color=colour, ls="--", lw=1.0)
+        axes.plot(abs(ramp["middle"][-1]), _potential(ramp)[-1], "o", ms=4, color=colour)
+    for angle, (original, imposed, final) in PAPER.items():
+        side = LOBES * _height() / 2 * math.tan(math.radians(angle) / 2)
+        path = [PRESSURE * (original - v) for v in (imposed, final)]
+        axes.plot([side, PAPER_MIDDLE], path, "s:", ms=4, color="#D55E00", lw=0.9)
+        axes.annotate(
+            f"  paper, {angle:g}°", (PAPER_MIDDLE, path[1]), fontsize=7, color="#D55E00", va="center"
+        )
+    names = (
+        ("0.55", "-", "distorting it"),
+        ("#0072B2", "--", "released, pinned"),
+        ("#009E73", "--", "released, clamped"),
+        ("#D55E00", "s:", "paper's volumes, $p (V_0 - V)$"),
+    )
+    for colour, look, name in names:
+        axes.plot([], [], look, color=colour, ms=4, lw=1.0, label=name)
+    axes.set(xlabel="mid hoop's displacement [m]", ylabel="energy above the original's [J]")
+    axes.set_xlim(0, max(3.0, *(1.05 * abs(r["middle_imposed"]) for r in shown), 0))
+    axes.set_ylim(bottom=0)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=7, loc="upper left")
+    return sheet
+
+
+def _potential(history: Mapping[str, Any]) -> np.ndarray:
+    """Strain and contact less the work of the gas since the original [J]."""
+    return np.array(history["strain"]) + np.array(history["contact"]) - np.array(history["pressure"])
+
+
+def _height() -> float:
+    from lobefem import Isotensoid
+
+    return Isotensoid.from_edge_radius().height
+
+
+# --- words --------------------------------------------------------------------------------------
+
+
+def rows(runs: Runs) -> list[tuple[str, ...]]:
+    """Table 2 for every case, as text."""
+    found = []
+    for name, r in runs.items():
+        mesh, what = name.split(", ", 1)
+        contact = "-" if r["first_contact"] is None else f"{r['first_contact']:.3g}"
+        found.append(
+            (
+                mesh,
+                what,
+                f"{r['volume_original']:.2f}",
+                f"{r['volume_imposed']:.2f}",
+                f"{r['volume_imposed'] / r['volume_original']:.4f}",
+                f"{r['volume_final']:.2f}",
+                r["outcome"],
+                "-" if r["min_eigenvalue"] is None else f"{r['min_eigenvalue']:.3g}",
+                f"{r['residual']:.0e}",
+                f"{r['rotation']:.2g}",
+                contact,
+                f"{100 * r['energy']['error']:.2g} %",
+            )
+        )
+    return found
+
+
+HEAD = (
+    "mesh", "case", "original [m³]", "imposed [m³]", "ratio", "released [m³]", "outcome", "lowest [Pa/m]",
+    "residual", "turned [degrees]", "first contact", "ledger",
+)  # fmt: skip
+
+
+def words(numbers: Mapping[str, Any]) -> list[str]:
+    """What is printed."""
+    table = [HEAD, *rows(numbers["runs"])]
+    for angle, (original, imposed, final) in PAPER.items():
+        ratio = f"{imposed / original:.4f}"
+        cells = ("24x32", f"paper, bend {angle:g} degrees", f"{original}", f"{imposed}", ratio, f"{final}")
+        table.append((*cells, "distorted", *("",) * 5))
+    widths = [max(len(row[k]) for row in table) for k in range(len(HEAD))]
+    text = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in table]
+    for name, ends in numbers["stopped"].items():
+        text += ["", f"{name}: let go by forces that fade over {STEP:g} s, and stopped then"]
+        text += [
+            f"  damping {r['damping']:g}: V = {r['volume']:.2f} m³, mid hoop {r['middle']:.3f} m aside, "
+            f"unbalanced {r['unbalanced']:.1e} of the load: {r['outcome']}"
+            for r in ends
+        ]
+    for r in numbers["random"]:
+        lowest = "-" if r["min_eigenvalue"] is None else f"{r['min_eigenvalue']:.3g}"
+        text.append(
+            f"random shape {r['seed']}, {r['support']}: least volume {r['least_volume']:.1f} of "
+            f"{r['volume_original']:.1f} m³ on the way, {r['outcome']}, lowest {lowest} Pa/m"
+        )
+    for v in numbers["volumes"]:
+        along, around, order = v["mesh"]
+        cells = ("linear", "quadratic")[order - 1]
+        text.append(
+            f"{along}x{around}, {cells}: {v['drawn']:.3f} m³ drawn, {v['pressurised']:.3f} m³ at 5 Pa"
+        )
+    return text
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the demo from the command line."""
+    parser = argparse.ArgumentParser(description="Release of a bent stack (paper figs 23, 24, table 2)")
+    parser.add_argument("--out", type=Path, default=Path("out/table2"), help="folder to write figures to")
+    parser.add_argument("--divisions", default="8x12", help="of a lobe along its meridian, and around")
+    parser.add_argument("--angles", default="7.5", help="of the bend [degrees], separated by commas")
+    parser.add_argument("--larger", action="store_true", help="larger and other distortions, too")
+    parser.add_argument("--only", default="", help="cases whose name contains this")
+    parser.add_argument("--json", type=Path, help="file to keep numbers in; what it has is not done again")
+    parser.add_argument("--no-damping", action="store_true", help="leave out the stopped releases")
+    parser.add_argument("--random", type=int, default=0, help="how many random shapes to let go, too")
+    parser.add_argument("--size", type=float, default=0.4, help="of the random shapes' waves [m]")
+    parser.add_argument("--meshes", action="store_true", help="the volume on several meshes, too")
+    options = parser.parse_args(argv)
+    comm = MPI.COMM_WORLD
+    try:
+        along, around = (int(part) for part in options.divisions.split("x"))
+        angles = [float(part) for part in options.angles.split(",") if part]
+    except ValueError:
+        parser.error("give --divisions such as 12x16, and --angles such as 7.5,15")
+    cases = [c for c in matrix(angles) + larger() * options.larger if options.only in c.name]
+
+    def say(text: str) -> None:
+        if comm.rank == 0:
+            print(text, file=sys.stderr, flush=True)
+
+    earlier = None
+    if options.json is not None and options.json.exists():
+        earlier = json.loads(options.json.read_text(encoding="utf-8"))
+    meshes = [(12, 16, 1), (24, 32, 1), (48, 64, 1), (12, 16, 2)] if options.meshes else []
+    try:
+        numbers = run(
+            (along, around), cases, options.out, numbers=earlier, file=options.json,
+            dampings=() if options.no_damping else DAMPINGS, meshes=meshes,
+            random=options.random, size=options.size, comm=comm, say=say,
+        )  # fmt: skip
+    except LobefemError as error:
+        say(f"demo: {error}")
+        return error.exit_code
+    if comm.rank == 0:
+        print("\n".join(words(numbers)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

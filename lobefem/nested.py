@@ -1,0 +1,144 @@
+"""From coarse to fine: a balloon on a mesh half as fine, and its displacement taken over to the finer one.
+
+The equilibrium on the coarser mesh is a start for Newton's method on the finer one from which, on any
+mesh, a few steps lead to the answer; it costs about a quarter. Structured meshes nest: nodes lie on a
+grid of stations along the meridian and azimuths, and every other one is a node of the coarser mesh.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import _dolfinx, _net  # noqa: F401  (the stack, before PETSc)
+from lobefem.balloon import Balloon
+from lobefem.surface import coarser
+
+# isort: split
+from petsc4py import PETSc
+
+__all__ = ["coarser_balloon", "interpolate"]
+
+Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+# weights of four coarse nodes in a row: at the second one, half-way to the third, half-way from the first
+# one of a lobe to its second
+_SAME = np.array([0.0, 1.0, 0.0, 0.0])
+_MIDDLE = np.array([-1.0, 9.0, 9.0, -1.0]) / 16
+_FIRST = np.array([3.0, 6.0, -1.0, 0.0]) / 8
+
+_WORTH = 4000  # nodes of a mesh above which a coarser one saves time
+_PER_RANK = 1000  # nodes on a rank below which a coarser mesh does not
+
+
+def coarser_balloon(balloon: Balloon) -> Balloon | None:
+    """The same balloon with half the divisions both ways; None where that cannot be had or saves nothing.
+
+    Contact, guides, and what is bound to the mesh (a frame or a load path of the user's) are for one mesh
+    only.
+
+    Collective.
+    """
+    nodes = balloon.V.dofmap.index_map.size_global
+    bound = (balloon.contact, balloon.guide, balloon.given_frame, balloon.load_path)
+    if any(part is not None for part in bound) or nodes <= max(_WORTH, _PER_RANK * balloon.comm.size):
+        return None
+    surface = coarser(balloon.surface)
+    return balloon.on(surface) if surface is not None else None
+
+
+def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
+    """The unknowns of a balloon from those of `coarser_balloon`. Collective.
+
+    Displacements between the coarse nodes are cubic in the radial, hoop and axial components, lobe by
+    lobe, for the meridian is bent at a seam; plates move as they do there. Each rank gets the coarse nodes
+    about its own.
+
+    Args:
+        coarse: the coarser balloon.
+        q: its unknowns.
+        balloon: the finer one, its displacement is overwritten.
+    """
+    coarse.place(q)
+    row, column, around = _places(coarse)
+    fine_row, fine_column, _ = _places(balloon)
+    cells = coarse.order * coarse.surface.divisions[0]
+    rows, row_weights = _within_lobe(fine_row, cells)
+    columns, column_weights = _around(fine_column, around)
+    at = rows[:, :, None] * around + columns[:, None, :]
+    needed, local = np.unique(at, return_inverse=True)
+    count = (coarse.surface.num_lobes * cells + 1) * around
+    values = _collect(coarse, row * around + column, needed, count)[local.reshape(at.shape)]
+    # from the coarse node's azimuth to the fine one's
+    turn = np.pi * (fine_column[:, None] - 2 * columns) / around
+    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+    x, y, z = np.moveaxis(values, -1, 0)
+    weights = row_weights[:, :, None] * column_weights[:, None, :]
+    turned = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
+    owned = balloon.map.owned
+    balloon.u.x.array[:owned] = np.einsum("nab,nabi->ni", weights, turned).ravel()
+    balloon.u.x.scatter_forward()
+    w, _, _ = coarse.map.plate_parameters(coarse.map.parameters(q))
+    return balloon.map.unknowns(balloon.u, w)
+
+
+def _collect(coarse: Balloon, places: Integers, needed: Integers, count: int) -> Array:
+    """Displacements (n, 3) of nodes by their place in the grid, from the ranks that own them. Collective."""
+    field: Any = PETSc.Vec().createMPI(3 * count, bsize=3, comm=coarse.comm)
+    field.setValuesBlocked(places.astype(PETSc.IntType), coarse.u.x.array[: coarse.map.owned])
+    field.assemble()
+    found = PETSc.Vec().createSeq(3 * len(needed), bsize=3)
+    chosen: Any = PETSc.IS()
+    chosen.createBlock(3, needed.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+    scatter: Any = PETSc.Scatter()
+    scatter.create(field, chosen, found, None)
+    scatter.scatter(field, found)
+    for made in (scatter, chosen, field):
+        made.destroy()
+    return found.array_r.reshape(-1, 3)
+
+
+def _heights(balloon: Balloon) -> Array:
+    """Heights of the grid's rows [m]."""
+    surface = balloon.surface
+    along = balloon.order * surface.divisions[0]
+    t = surface.shape.arc_length / along * np.arange(surface.num_lobes * along + 1)
+    return _net.place(surface.shape, surface.num_lobes, t, np.zeros_like(t))[:, 2]
+
+
+def _places(balloon: Balloon) -> tuple[Integers, Integers, int]:
+    """Row and column in the grid of each node that this rank owns, and the grid's columns."""
+    heights, x = _heights(balloon), balloon.V.tabulate_dof_coordinates()[: balloon.map.owned // 3]
+    around = balloon.order * balloon.surface.divisions[1]
+    row = np.searchsorted((heights[1:] + heights[:-1]) / 2, x[:, 2])
+    column = np.rint(np.arctan2(x[:, 1], x[:, 0]) * around / (2 * np.pi)).astype(np.int64) % around
+    return row, column, around
+
+
+def _around(J: Integers, around: int) -> tuple[Integers, Array]:
+    """Four columns of the coarse grid, which close upon themselves, and their weights for fine ones J."""
+    columns = (J[:, None] // 2 + np.array([-1, 0, 1, 2])) % around
+    return columns, np.where(J[:, None] % 2, _MIDDLE, _SAME)
+
+
+def _within_lobe(I: Integers, cells: int) -> tuple[Integers, Array]:  # noqa: E741
+    """Four rows of the coarse grid, of one lobe, and their weights for fine rows I.
+
+    Args:
+        I: fine rows.
+        cells: rows of cells of a lobe in the coarse grid, at least 3.
+    """
+    lobe = np.maximum(I - 1, 0) // (2 * cells)
+    i = I - 2 * cells * lobe
+    weights = np.where(i[:, None] % 2, _MIDDLE, _SAME)
+    weights[i == 1] = _FIRST
+    weights[i == 2 * cells - 1] = _FIRST[::-1]
+    # next to an edge of the lobe the four are those at the edge
+    first = np.clip(i // 2 - 1, 0, cells - 3)
+    shift = i // 2 - 1 - first
+    even = i % 2 == 0
+    weights[even] = np.eye(4)[(1 + shift)[even]]
+    return (lobe * cells + first)[:, None] + np.arange(4), weights

@@ -1,0 +1,242 @@
+"""Running a parameter study: each point a process, each row kept, one table at the end.
+
+A point is a `lobefem` process of its own on a design file of its own, so that a failure, however hard, ends
+that point alone, and anyone can repeat a row by hand. What it found is kept under the hash of its
+inputs: a study that was stopped, or grew, computes only what it does not have.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import lobefem
+from lobefem._files import replace
+from lobefem.errors import InputError
+from lobefem.parameter_study import Point, Study
+from lobefem.progress import Progress, said
+
+__all__ = ["QUANTITIES", "Row", "as_csv", "begin", "results", "run", "table", "workers"]
+
+# what a row shows of each command's results, the first of them in the chart
+QUANTITIES = {
+    "inflate": ("volume", "max_displacement", "strain_energy", "bar_force"),
+    "modes": ("lowest", "stable"),
+    "critical": ("critical_pressure", "harmonic", "kind"),
+    "harmonics": ("critical_pressure", "harmonic"),
+    "perturb": ("imposed_ratio", "volume_final", "min_eigenvalue", "outcome"),
+}
+_UNKEPT = (1, 130)  # exit codes that may not come again: a fault of ours, an interruption
+# what an MPI launcher tells its ranks; a process that inherits it takes itself for one of them
+_LAUNCHER = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDI_", "HYDRA_", "MPIR_", "MPI_")
+
+
+@dataclass(frozen=True)
+class Row:
+    """What a point found.
+
+    Attributes:
+        values: by the name of what varies.
+        folder: its run folder, below the study's; empty where there is none.
+        exit_code: of its process; 0 where it found what it was asked for.
+        reason: why not.
+        seconds: that it took.
+        found: quantities of `QUANTITIES`.
+    """
+
+    values: Mapping[str, Any]
+    folder: str
+    exit_code: int
+    reason: str
+    seconds: float
+    found: Mapping[str, Any]
+
+
+def run(
+    study: Study,
+    folder: str | Path,
+    executor: Executor,
+    *,
+    progress: Progress | None = None,
+) -> list[Row]:
+    """All rows, those of earlier runs from the folder, the others computed.
+
+    Args:
+        study: from `load`.
+        folder: of the study; points are kept in its folder `points`.
+        executor: whose workers each run one point at a time, from `workers`.
+        progress: called with a line of text after each point.
+
+    Returns:
+        a row a point, in the study's order.
+    """
+    kept = Path(folder) / "points"
+    rows = {i: _known(point, kept) for i, point in enumerate(study.points)}
+    todo: dict[str, list[int]] = {}  # designs may be alike: the same name is computed once
+    for i, row in rows.items():
+        if row is None:
+            todo.setdefault(study.points[i].name, []).append(i)
+    done = len(rows) - sum(map(len, todo.values()))
+    futures = {executor.submit(_solve, study.points[each[0]], str(kept)): each for each in todo.values()}
+    try:
+        for future in as_completed(futures):
+            row = future.result()
+            for i in futures[future]:
+                rows[i] = Row(**(asdict(row) | {"values": study.points[i].values}))
+            done += len(futures[future])
+            if progress is not None:
+                progress(said(f"{done} of {len(rows)} points", done / len(rows)))
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+    return [row for row in rows.values() if row is not None]
+
+
+def _known(point: Point, kept: Path) -> Row | None:
+    if point.fault:
+        return Row(point.values, "", 2, point.fault, 0.0, {})
+    try:
+        row = json.loads((kept / f"{point.name}.json").read_text(encoding="utf-8"))
+        return Row(**(row | {"values": point.values}))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def _solve(point: Point, kept: str) -> Row:
+    """Run one point as a process and keep its row."""
+    folder = Path(kept) / point.name
+    file = folder.with_suffix(".toml")
+    replace(file, point.design)
+    command = [sys.executable, "-m", "lobefem.cli", point.command, str(file), *point.options]
+    # one that was stopped halfway goes on
+    command += ["--out", str(folder), "--resume" if (folder / "run.json").is_file() else "--overwrite"]
+    calm = {k: v for k, v in os.environ.items() if not k.startswith(_LAUNCHER)}
+    start = time.monotonic()
+    process = subprocess.run(
+        command,
+        env={"OMP_NUM_THREADS": "1"} | calm,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+    )
+    seconds = round(time.monotonic() - start, 2)
+    found: dict[str, Any] = {}
+    reason = ""
+    if process.returncode == 0:
+        results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+        found = {key: _quantity(results, key) for key in QUANTITIES[point.command]}
+    elif process.returncode < 0:
+        reason = f"its process was ended by signal {-process.returncode}; out of memory, perhaps"
+    else:
+        lines = [line for line in process.stderr.splitlines() if line.startswith("lobefem: ")]
+        reason = lines[-1].removeprefix("lobefem: ") if lines else "its process said nothing"
+    where = f"points/{point.name}" if folder.is_dir() else ""
+    row = Row(point.values, where, process.returncode, reason, seconds, found)
+    if process.returncode >= 0 and process.returncode not in _UNKEPT:
+        replace(folder.with_suffix(".json"), json.dumps(asdict(row), indent=2) + "\n")
+    return row
+
+
+def _quantity(results: Mapping[str, Any], key: str) -> Any:
+    if results["command"] != "modes":
+        return results[key]
+    entries = results["pressures"]
+    if key == "stable":
+        return all(entry["stable"] for entry in entries)
+    return min(mode["real"] for entry in entries for mode in entry["modes"])
+
+
+def workers(number: int, comm: Any = None) -> Any:
+    """Who runs the points: a context manager that gives an executor.
+
+    Args:
+        number: of processes at a time on this machine.
+        comm: MPI communicator of several ranks, or None. Then each rank but the first runs points, on
+            its machine, and the context gives None to them once all is done. Collective.
+    """
+    if comm is None:
+        return ThreadPoolExecutor(number)
+    from mpi4py.futures import MPICommExecutor
+
+    return MPICommExecutor(comm, root=0)
+
+
+# --- keeping ------------------------------------------------------------------------------------
+
+
+def begin(study: Study, folder: str | Path, *, resume: bool = False, overwrite: bool = False) -> None:
+    """Make a folder the study's own.
+
+    Raises:
+        InputError: it holds something and is neither to be gone on with nor to be replaced, or the
+            file system refuses.
+    """
+    path = Path(folder)
+    try:
+        if path.exists() and not path.is_dir():
+            raise InputError(f"'{path}' is a file, not a folder; give another --out")
+        ours = (path / "sweep.toml").is_file()
+        if resume and not ours:
+            raise InputError(f"'{path}' holds no sweep to go on with; leave out --resume")
+        if not (resume or overwrite) and path.is_dir() and any(path.iterdir()):
+            raise InputError(f"'{path}' is not empty; go on with --resume, replace it with --overwrite")
+        if overwrite and ours:
+            shutil.rmtree(path / "points", ignore_errors=True)
+        (path / "points").mkdir(parents=True, exist_ok=True)
+        for name in ("results.json", "table.csv", "sweep.png"):
+            (path / name).unlink(missing_ok=True)
+        replace(path / "sweep.toml", study.text)
+    except OSError as error:
+        raise InputError(f"'{path}': {error.strerror or error}; give another place") from None
+
+
+def table(study: Study, rows: Sequence[Row]) -> Iterator[list[str]]:
+    """The rows as text, the head first."""
+    quantities = QUANTITIES[study.command]
+    yield [*study.varied, *quantities, "seconds", "reason"]
+    for row in rows:
+        values = [row.values[name] for name in study.varied]
+        found = [row.found.get(key) for key in quantities]
+        yield [*map(_cell, [*values, *found]), f"{row.seconds:.1f}", row.reason]
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.8g}"
+    return "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def results(study: Study, rows: Sequence[Row]) -> dict[str, Any]:
+    """The study as plain data."""
+    failed = sum(row.exit_code != 0 for row in rows)
+    return {
+        "schema": 1,
+        "command": "sweep",
+        "of": study.command,
+        "version": lobefem.__version__,
+        "varied": study.varied,
+        "rows": [asdict(row) for row in rows],
+        "failed": failed,
+        "warnings": [f"{failed} of {len(rows)} points failed; see their reasons"] if failed else [],
+    }
+
+
+def as_csv(study: Study, rows: Sequence[Row]) -> str:
+    """The table for a spreadsheet."""
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows(table(study, rows))
+    return stream.getvalue()

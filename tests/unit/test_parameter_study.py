@@ -1,0 +1,133 @@
+"""Parameter studies: points from a file, each run once and kept, a row whatever comes of it."""
+
+import json
+import os
+import subprocess
+
+import pytest
+from mpi4py import MPI
+
+from lobefem import parameter_runs
+from lobefem.cli import main
+from lobefem.errors import InputError
+from lobefem.parameter_chart import parameter_chart
+from lobefem.parameter_study import load
+
+KNOWN = {"critical": {"divisions", "state"}, "perturb": {"bend", "contact"}}
+DESIGN = """
+[mesh]
+divisions = [4, 6]
+[pressure]
+value = 5.0
+"""
+STUDY = """
+command = "inflate"
+design = "one.toml"
+[options]
+film = "isotropic"
+[vary]
+film.thickness = [5e-5, "0.05 mm", 1.0]
+pressure.value = [5, [5, 6]]
+"""
+
+
+@pytest.fixture
+def folder(shared_path):
+    if MPI.COMM_WORLD.rank == 0:
+        for name in ("one", "two"):
+            (shared_path / f"{name}.toml").write_text(DESIGN)
+        (shared_path / "study.toml").write_text(STUDY)
+    MPI.COMM_WORLD.Barrier()
+    return shared_path
+
+
+def study_of(folder, text):
+    path = folder / f"s{MPI.COMM_WORLD.rank}.toml"
+    path.write_text(text)
+    return load(path, KNOWN)
+
+
+def test_points_are_all_combinations_and_known_by_their_inputs(folder):
+    study = study_of(
+        folder,
+        'command = "perturb"\ndesign = ["one.toml", "two.toml"]\noptions = {contact = false}\n'
+        '[vary]\nbend = [5, 7.5]\n"film.law" = ["isotropic"]\n',
+    )
+    assert study.varied == ("design", "bend", "film.law")
+    assert [(p.values["design"], p.values["bend"]) for p in study.points] == [
+        ("one.toml", 5), ("one.toml", 7.5), ("two.toml", 5), ("two.toml", 7.5),
+    ]  # fmt: skip
+    assert study.points[1].options == ("--no-contact", "--bend", "7.5")
+    names = [p.name for p in study.points]
+    assert names[:2] == names[2:]  # the two files hold the same design
+    assert names[0] != names[1]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("command = 'critical'", "there is no design"),
+        ("command = 'crit'\ndesign = 'one.toml'", "command = 'crit' is impossible"),
+        ("command = 'critical'\ndesign = []", "leaves nothing"),
+        ("command = 'critical'\ndesign = 'three.toml'", "no design file"),
+        ("command = 'critical'\ndesign = 'one.toml'\nvary = 3", "vary = 3 is impossible"),
+        ("command = 'critical'\ndesign = 'one.toml'\n[vary]\nstate = 'ideal'", "no list of values"),
+        ("command = 'critical'\ndesign = 'one.toml'\n[vary]\nbend = [3]", "'bend' is no option of lobefem"),
+        ("command = 'critical'\ndesign = 'one.toml'\n[vary]\nfilm.lw = [3]", "'film.lw' is no key"),
+        ("command = 'critical'\ndesign = 'one.toml'\nvery = 1", "very = 1 is no key of a sweep"),
+        ("command = ", "is no TOML"),
+    ],
+)
+def test_what_is_no_study_is_said_in_a_sentence(folder, text, said):
+    with pytest.raises(InputError) as error:
+        study_of(folder, text)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_sweep_runs_each_point_once_and_keeps_failures_as_rows(folder, comm, capfd, monkeypatch):
+    """Six points: two designs alike, thick film refused by the design, two pressures by the command."""
+    arguments = ["sweep", str(folder / "study.toml"), "--out", str(folder / "out"), "--workers", "2"]
+    assert main(arguments) == 0
+    if comm.rank == 0:
+        results = json.loads((folder / "out" / "results.json").read_text())
+        rows = results["rows"]
+        assert [row["exit_code"] for row in rows] == [0, 2, 0, 2, 2, 2]
+        assert rows[0]["folder"] == rows[2]["folder"]
+        assert 80 < rows[0]["found"]["volume"] < 170
+        assert rows[0]["found"] == rows[2]["found"]
+        assert "inflate takes one pressure" in rows[1]["reason"]
+        assert "thickness" in rows[4]["reason"]
+        assert (results["failed"], rows[0]["reason"]) == (4, "")
+        point = json.loads((folder / "out" / rows[0]["folder"] / "results.json").read_text())
+        assert point["volume"] == rows[0]["found"]["volume"]
+        assert (folder / "out" / "sweep.png").stat().st_size > 1000
+        table = (folder / "out" / "table.csv").read_text().splitlines()
+        assert table[0].startswith("film.thickness,pressure.value,volume,")
+        assert len(table) == 7
+    comm.Barrier()
+    # once more, and grown: only what is new is computed, here nothing
+    monkeypatch.setattr(subprocess, "run", lambda *a, **k: pytest.fail("computed again"))
+    assert main(arguments) == 2
+    assert main([*arguments, "--resume", "--json", str(folder / "again.json")]) == 0
+    if comm.rank == 0:
+        again = json.loads((folder / "again.json").read_text())
+        assert again == results
+        assert "is not empty" in capfd.readouterr().err
+    comm.Barrier()
+
+
+def test_a_process_that_dies_is_a_row_and_not_kept(folder, monkeypatch):
+    if MPI.COMM_WORLD.rank:
+        return  # no ranks are involved
+    study = load(folder / "study.toml", {"inflate": {"film"}})
+    died = subprocess.CompletedProcess([], -9, "", "")
+    monkeypatch.setattr(parameter_runs.subprocess, "run", lambda *a, **k: died)
+    parameter_runs.begin(study, folder / "out")
+    with parameter_runs.workers(1) as executor:
+        rows = parameter_runs.run(study, folder / "out", executor)
+    assert rows[0].exit_code == -9
+    assert "signal 9" in rows[0].reason
+    assert not [name for name in os.listdir(folder / "out" / "points") if name.endswith(".json")]
+    figure = parameter_chart(study, rows)
+    assert "no point found anything" in [text.get_text() for text in figure.axes[0].texts]
