@@ -30,7 +30,7 @@ def require_manifold(surface: Any, closed: bool) -> None:
 
     Args:
         surface: a `Surface`, of lobefem's or of a user's own.
-        closed: whether end plates close it: then its rims are its only free edges.
+        closed: whether end plates close it: then it is in one piece, and its rims are its only free edges.
 
     Raises:
         InputError: an edge of three cells, neighbours turned to opposite sides, parts that do not hang
@@ -49,10 +49,12 @@ def require_manifold(surface: Any, closed: bool) -> None:
             "the mesh has edges of more than two cells, or neighbours turned to opposite sides; give all "
             "cells corners that run anticlockwise as seen from outside"
         )
+    if not closed:
+        return  # sheets may lie side by side
     parts = _num_parts(mesh, corners)
     if parts > 1:
         raise InputError(f"the mesh falls apart into {parts} pieces; merge the nodes that they should share")
-    if closed and surface.copies == 1:
+    if surface.copies == 1:
         _require_closed(surface)
 
 
