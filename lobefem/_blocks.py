@@ -95,7 +95,8 @@ class BlockReader:
         path: of the file.
         comm: MPI communicator.
         count: rows of a field.
-        needed: names that must be there.
+        fields: names of fields that must be there.
+        small: names of small arrays that must be there.
         what: the file ought to be, for its errors: "state".
 
     Attributes:
@@ -111,20 +112,26 @@ class BlockReader:
     """
 
     def __init__(
-        self, path: Path, comm: Any, count: int, needed: tuple[str, ...], what: str = "state"
+        self,
+        path: Path,
+        comm: Any,
+        count: int,
+        fields: tuple[str, ...],
+        small: tuple[str, ...],
+        what: str = "state",
     ) -> None:
         self.path, self.comm, self.count, self.what = path, comm, count, what
         self._file: Any = None
         self._members: dict[str, Any] = {}
         try:
-            begun = on_root(comm, path, partial(self._begin, needed))
+            begun = on_root(comm, path, partial(self._begin, fields, small))
         except BaseException:
             self.close()
             raise
         self.others, self.notes, self.names, self.shape = begun
 
     def _begin(
-        self, needed: tuple[str, ...]
+        self, fields: tuple[str, ...], small: tuple[str, ...]
     ) -> tuple[dict[str, Array], dict[str, Any], list[str], tuple[int, ...]]:
         try:
             with zipfile.ZipFile(self.path) as archive:
@@ -134,7 +141,7 @@ class BlockReader:
                     f"'{self.path}' is a {self.what} of another mesh or support; give this design's own"
                 )
             self._file = file = np.load(self.path, allow_pickle=False)
-            missing = [name for name in needed if name not in file.files]
+            missing = [name for name in (*fields, *small) if name not in file.files]
             if missing:
                 raise KeyError(missing[0])
             notes = json.loads(str(file["notes"]) if "notes" in file.files else "{}")
@@ -154,7 +161,9 @@ class BlockReader:
             raise self._fault(str(error)[:200]) from None
         if not isinstance(notes, dict) or not all(np.isfinite(value).all() for value in others.values()):
             raise self._fault("not all is numbers")
-        if len(set(shapes.values())) != 1:
+        if len(set(shapes.values())) != 1 or not (
+            shapes.keys() >= set(fields) and others.keys() >= set(small)
+        ):
             raise self._fault("arrays of other shapes")
         return others, notes, list(shapes), next(iter(shapes.values()))
 

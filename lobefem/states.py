@@ -32,7 +32,7 @@ __all__ = ["Checkpoint", "Keepable", "load_modes", "load_state", "save_modes", "
 
 Array = npt.NDArray[np.float64]
 _FIELD = "field:"
-_ARRAYS = ("position", "displacement", "plate_parameters", "pressure", "prestress")
+_NODAL, _SMALL = ("position", "displacement"), ("plate_parameters", "pressure", "prestress")
 _OWN = ("balloon", "pressure", "prestress", "unknowns", "displacement")
 _MEASURED = tuple(f.name for f in dataclasses.fields(Equilibrium) if f.name not in _OWN)
 _MODE = ("residual", "harmonic", "harmonics", "kind")
@@ -127,10 +127,10 @@ def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
         InputError: no such file, not a state, or of another mesh or support.
     """
     comm, count = balloon.comm, balloon.V.dofmap.index_map.size_global
-    with closing(_blocks.BlockReader(Path(path), comm, count, _ARRAYS)) as file:
+    with closing(_blocks.BlockReader(Path(path), comm, count, _NODAL, _SMALL)) as file:
         order = _input_order(balloon)
         x = balloon.V.tabulate_dof_coordinates()[: len(order)]
-        parameters, pressures = file.others["plate_parameters"], [file.others[p] for p in _ARRAYS[-2:]]
+        parameters, *pressures = (file.others[name] for name in _SMALL)
         same = file.shape == (count, 3) and parameters.shape == (balloon.map.num_parameters,)
         same = same and all(pressure.shape == () for pressure in pressures)
         if same:
