@@ -4,6 +4,7 @@
 VENV ?= .venv
 STACK ?=
 TESTS ?= tests
+CASES ?= 10000
 OUT ?= out/demo
 ALL ?= out/demos
 DOCS ?= build/docs
@@ -19,7 +20,7 @@ mpirun = $(or $(wildcard $(VENV)/bin/mpirun),mpirun)
 run = $(shell grep -sqx system $(VENV)/lobefem-setup && echo docker/entry.sh)
 sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
-.PHONY: help setup sphinx demo demos docs links test bench bench-peers bench-scaling lint types check clean distclean
+.PHONY: help setup sphinx demo demos docs links test harden bench bench-peers bench-scaling lint types check clean distclean
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
@@ -27,6 +28,7 @@ help:
 	@echo "make demos      all demos on coarse meshes in $(ALL), about four minutes"
 	@echo "make docs       the documentation in $(DOCS), warnings as errors; make links: its outer links"
 	@echo "make test       the test suite, serial and on two MPI ranks"
+	@echo "make harden     ten thousand broken inputs and fifty kills, CASES=10000 of them; some hours"
 	@echo "make bench      the common problem by lobefem and the other programs, in out/bench; about an hour,"
 	@echo "                BENCH=--short: lobefem and Surface Evolver on fine meshes, a few minutes"
 	@echo "make bench-peers  get the other programs, into .peers; BENCH='--runs 3 --meshes 24x32' chooses"
@@ -39,9 +41,9 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo demos docs links test bench bench-scaling lint types check:
+setup demo demos docs links test harden bench bench-scaling lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
-		VENV=.venv-debian TESTS="$(TESTS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
+		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
 
 else ifeq ($(STACK),)
 
@@ -83,6 +85,11 @@ links: docs
 test: setup
 	$(run) $(python) -m pytest -q $(TESTS)
 	$(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider --color=no $(TESTS) </dev/null
+
+harden: setup
+	LOBEFEM_EXAMPLES=$(CASES) $(run) $(python) -m pytest -q tests/hardening
+	LOBEFEM_EXAMPLES=$$(($(CASES) / 10)) $(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider \
+		--color=no tests/hardening </dev/null
 
 bench: setup
 	$(run) $(python) -m benchmarks.compare $(BENCH)

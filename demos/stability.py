@@ -134,6 +134,7 @@ def study(
     numbers = summary(curves, shown, critical)
     snapshot = Snapshot(balloon, at, shown.state, tuple(shown[i] for i in picked))
     told = origin("stability", described) | {"title": title} | numbers
+    told["harmonic"] = told.pop("critical_harmonic")
     told["stored_modes"] = [mode_data(mode) for mode in snapshot.modes]
     if law == "fixed-wrinkles":
         told["warnings"].append(MESH_DEPENDENT)

@@ -71,7 +71,7 @@ class Case:
     def amount(self) -> float:
         """Of the distortion [degrees or m]."""
         s = self.distortion.parameter
-        return math.degrees(s) if self.distortion.unit == "rad" else s
+        return round(math.degrees(s), 9) if self.distortion.unit == "rad" else s
 
     @property
     def name(self) -> str:
@@ -96,10 +96,12 @@ def larger() -> list[Case]:
     return [Case("closed", support, d) for d in LARGER for support in SUPPORTS]
 
 
-def stack(divisions: tuple[int, int], load: str, support: str, comm: Any, order: int = 1) -> Balloon:
-    """Four lobes of the paper's design, the isotensoid's stress built in, with contact. Collective."""
+def stack(
+    divisions: tuple[int, int], load: str, support: str, comm: Any, order: int = 1, contact: bool = True
+) -> Balloon:
+    """Four lobes of the paper's design, the isotensoid's stress built in. Collective."""
     surface = lobed_cylinder(LOBES, divisions, comm=comm, order=order)
-    parts = [GasPressure(load), Hoops(), EndPlates(support=support), SelfContact()]
+    parts = [GasPressure(load), Hoops(), EndPlates(support=support), *([SelfContact()] if contact else [])]
     return Balloon(surface, TensionField(), parts, prestressed=True)
 
 
@@ -206,9 +208,14 @@ def _thinned(case: Case, history: Sequence[Point]) -> dict[str, Any]:
     }
 
 
-def stopped(start: Equilibrium, original: Equilibrium, dampings: Sequence[float], say: Say) -> list[Any]:
-    """The distorted balloon let go by forces that fade over a step, and stopped at its end. Collective."""
-    rows = []
+def stopped(
+    case: Case, divisions: tuple[int, int], dampings: Sequence[float], comm: Any, say: Say
+) -> list[dict[str, Any]]:
+    """A distorted balloon let go by forces that fade over a step, and stopped at its end. Collective."""
+    held = perturb(stack(divisions, case.load, case.support, comm), PRESSURE, case.distortion, progress=say)
+    original, imposed = held.original, held.imposed
+    assert imposed is not None  # nothing was resumed
+    start, rows = release_start(imposed), []
     for damping in dampings:
         end = release(
             start, undistorted=original, damping=damping, fade=STEP, end_time=STEP, count=1, progress=say
@@ -217,6 +224,7 @@ def stopped(start: Equilibrium, original: Equilibrium, dampings: Sequence[float]
         rows.append(
             {
                 "damping": damping,
+                "volume_imposed": imposed.volume,
                 "volume": last.volume,
                 "middle": abs(last.middle[0]),
                 "unbalanced": last.relative_residual,
@@ -293,7 +301,7 @@ def volumes(meshes: Sequence[tuple[int, int, int]], comm: Any) -> list[dict[str,
     """Volume of the pressurised stack on meshes (along, around, order). Collective."""
     rows = []
     for along, around, order in meshes:
-        state = inflate(stack((along, around), "closed", "pinned", comm, order), PRESSURE)
+        state = inflate(stack((along, around), "closed", "pinned", comm, order, contact=False), PRESSURE)
         drawn = state.balloon.reference_volume
         rows.append({"mesh": [along, around, order], "drawn": drawn, "pressurised": state.volume})
     return rows
@@ -339,7 +347,6 @@ def run(
     mesh = "{}x{}".format(*divisions)
     numbers = {"runs": {}, "stopped": {}, "random": [], "volumes": []} | (numbers or {})
     numbers["made_with"] = provenance(comm)
-    found: Perturbed | None = None
     for case in cases:
         name = f"{mesh}, {case.name}"
         if name in numbers["runs"]:
@@ -352,9 +359,9 @@ def run(
             continue
         _save(file, numbers, comm)
         _draw(case, found, out, comm)
-    if dampings and found is not None and name not in numbers["stopped"] and found.imposed is not None:
-        start = release_start(found.imposed)
-        numbers["stopped"][name] = stopped(start, found.original, dampings, say)
+    name = f"{mesh}, {cases[-1].name}" if cases else ""
+    if dampings and cases and name not in numbers["stopped"]:
+        numbers["stopped"][name] = stopped(cases[-1], divisions, dampings, comm, say)
     if meshes:
         numbers["volumes"] = volumes(meshes, comm)
     if random:

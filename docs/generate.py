@@ -1,10 +1,11 @@
-"""The tables and plots of the pages *Validation* and *Scaling*, computed from the package.
+"""The tables and plots of the pages *Validation*, *Scaling* and *Which stacks come back*.
 
     python docs/generate.py            into docs/_generated, about a minute
     python docs/generate.py --quick    on coarse meshes, to test this script
 
-Nothing on the first is typed but what others printed; the second's are made from benchmarks/results. The
-result is kept until a source of the package, a measurement or this file changes.
+Nothing on the first is typed but what others printed; the others' are made from what was measured on the
+paper's mesh and on large ones: data/table2.json and benchmarks/results. The result is kept until a source of
+the package, a measurement or this file changes.
 """
 
 from __future__ import annotations
@@ -93,6 +94,7 @@ def borrowed(path: str) -> Any:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look there
     spec.loader.exec_module(module)
     return module
 
@@ -486,6 +488,155 @@ def scaling(out: Path) -> dict[str, str]:
     }
 
 
+RETURNS = HERE / "data" / "table2.json"
+
+
+def returns(out: Path) -> dict[str, str]:
+    """The page on releases, from the numbers that `demos/table2.py --json` has left."""
+    demo = borrowed("demos/table2.py")
+    numbers = json.loads(RETURNS.read_text(encoding="utf-8"))
+    fine = {name: r for name, r in numbers["runs"].items() if name.startswith("24x32")}
+    shown = [(row[1], *row[2:10], row[11]) for row in demo.rows(fine)]
+    for angle, (original, imposed, final) in demo.PAPER.items():
+        cells = (f"{original:.2f}", f"{imposed:.2f}", f"{imposed / original:.4f}", f"{final:.2f}")
+        shown.append((f"*the paper, {angle:g} degrees*", *cells, "*distorted*", "", "", "", ""))
+    head = (*demo.HEAD[1:10], demo.HEAD[11])
+    parts = {"returns_matrix": table(head, shown)}
+
+    rows: list[Sequence[str]] = []
+    for r in fine.values():
+        e = r["energy"]
+        release = e["pressure"] - r["history"]["ramp"]["pressure"][-1]
+        plates = release - demo.PRESSURE * (r["volume_final"] - r["volume_imposed"])
+        rows.append(
+            (
+                f"{r['load']}, {r['support']}, {r['amount']:g} degrees",
+                f"{r['work_of_constraint']:.2f}",
+                f"{r['strain_imposed']:.2f}",
+                f"{r['contact_imposed']:.2f}",
+                f"{release:.2f}",
+                f"{plates:.2f}" if r["load"] == "film" else "0",
+                f"{e['damping']:.2f}",
+                f"{100 * e['error']:.2g} %",
+            )
+        )
+    parts["returns_ledger"] = table(
+        (
+            "case",
+            "constraint [J]",
+            "strain [J]",
+            "contact [J]",
+            "gas, released [J]",
+            "of it by the plates [J]",
+            "damping [J]",
+            "missing",
+        ),
+        rows,
+    )
+
+    rows = []
+    for angle, (_, imposed, final) in demo.PAPER.items():
+        ours = [r for r in fine.values() if r["amount"] == angle]
+        strain = max(r["strain_imposed"] + r["contact_imposed"] for r in ours if r["load"] == "closed")
+        film = [r for r in ours if r["load"] == "film"]
+        plates = [
+            r["energy"]["pressure"]
+            - r["history"]["ramp"]["pressure"][-1]
+            - demo.PRESSURE * (r["volume_final"] - r["volume_imposed"])
+            for r in film
+        ]
+        rows.append(
+            (
+                f"{angle:g} degrees",
+                f"{demo.PRESSURE * (imposed - final):.1f}",
+                f"{strain:.2f}",
+                f"{max(plates):.2f}" if plates else "-",
+                "takes",
+                "takes",
+            )
+        )
+    parts["returns_bound"] = table(
+        ("", "needed [J]", "strain and contact", "`film` load's plates", "fading constraint", "damping"), rows
+    )
+
+    parts["returns_way"] = table(
+        ("case", *(f"{100 * share:.0f} % gone" for share in demo.SHARES), "at rest"),
+        [
+            (
+                f"{r['load']}, {r['support']}, {r['amount']:g} degrees",
+                *(f"{place['lowest']:.2g}" for place in r["way"]),
+                f"{r['min_eigenvalue']:.3g}",
+            )
+            for r in fine.values()
+        ],
+    )
+    parts["returns_larger"] = table(
+        demo.HEAD[:2] + demo.HEAD[2:10],
+        [row[:10] for row in demo.rows({k: r for k, r in numbers["runs"].items() if k not in fine})],
+    )
+    parts["returns_random"] = table(
+        ("seed", "support", "least volume on the way", "contact", "outcome", "lowest [Pa/m]"),
+        [
+            (
+                str(r["seed"]),
+                r["support"],
+                f"{100 * r['least_volume'] / r['volume_original']:.1f} %",
+                "yes" if r["contact"] else "no",
+                r["outcome"],
+                "-" if r["min_eigenvalue"] is None else f"{r['min_eigenvalue']:.3g}",
+            )
+            for r in numbers["random"]
+        ],
+    )
+    parts["returns_stopped"] = table(
+        (
+            "case",
+            "damping",
+            "imposed [m³]",
+            "at the step's end [m³]",
+            "mid hoop [m]",
+            "unbalanced force / load",
+            "outcome",
+        ),
+        [
+            (
+                name,
+                f"{r['damping']:g}",
+                f"{r['volume_imposed']:.2f}",
+                f"{r['volume']:.2f}",
+                f"{r['middle']:.3f}",
+                f"{r['unbalanced']:.0e}",
+                r["outcome"],
+            )
+            for name, ends in numbers["stopped"].items()
+            for r in ends
+        ],
+    )
+    exact = demo.LOBES * Isotensoid.from_edge_radius().volume
+    parts["returns_volumes"] = table(
+        ("mesh of a lobe", "drawn [m³]", "at 5 Pa [m³]", "off the smooth shape"),
+        [
+            (
+                "{} x {}, {}".format(*v["mesh"][:2], ("linear", "quadratic")[v["mesh"][2] - 1]),
+                f"{v['drawn']:.3f}",
+                f"{v['pressurised']:.3f}",
+                f"{v['drawn'] - exact:.3f}",
+            )
+            for v in numbers["volumes"]
+        ]
+        + [("smooth", f"{exact:.3f}", "", ""), ("the paper, 24 x 32 quadrilaterals", "", "591.96", "")],
+    )
+    made = numbers["made_with"]
+    parts["returns_made"] = (
+        f"Made with lobefem {made['lobefem']}, DOLFINx {made['dolfinx']}, PETSc {made['petsc']}, "
+        f"{sum(r['seconds'] for r in fine.values()) / len(fine):.0f} s of one core for a case on average.\n"
+    )
+    for angle in demo.ANGLES:
+        demo.middle(numbers["runs"], "24x32", angle).savefig(out / f"returns_fig23_{angle:g}.png", dpi=150)
+    demo.landscape(numbers["runs"], "24x32").savefig(out / "returns_landscape.png", dpi=150)
+    return parts
+
+
 def suite() -> str:
     """What the test suite checks against closed forms: the first lines of its modules."""
     lines = []
@@ -507,6 +658,8 @@ def key(quick: bool) -> str:
         *sorted((ROOT / "benchmarks").glob("*.py")),
         ROOT / "benchmarks/results/scaling.json",
         ROOT / "demos/load_path.py",
+        ROOT / "demos/table2.py",
+        RETURNS,
         HERE / "generate.py",
     ]:
         digest.update(path.read_bytes())
@@ -530,6 +683,7 @@ def generate(out: Path, *, quick: bool = False, say: Any = lambda text: None) ->
         "formed_lobes": lambda: formed_lobes(quick),
         "pressurisation": lambda: pressurisation(quick),
         "scaling": lambda: scaling(out),
+        "returns": lambda: returns(out),
         "suite": suite,
     }
     for name, part in parts.items():

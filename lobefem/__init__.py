@@ -17,6 +17,7 @@ _HOME = {
     "Cords": "cables",
     "CriticalPoint": "tracing",
     "CriticalPressure": "critical",
+    "Design": "design",
     "EndPlates": "plates",
     "Equilibrium": "equilibrium",
     "FixedWrinkles": "films",
@@ -30,8 +31,10 @@ _HOME = {
     "Isotensoid": "isotensoid",
     "Isotropic": "films",
     "Modes": "stability",
+    "Perturbed": "perturbation",
     "PlateLoad": "plates",
     "PrescribedPath": "imp",
+    "Released": "release",
     "Surface": "surface",
     "TensionField": "films",
     "Trace": "tracing",
@@ -45,6 +48,7 @@ _HOME = {
     "inflate": "equilibrium",
     "isotensoid_stiffness": "formed",
     "lobed_cylinder": "surface",
+    "perturb": "perturbation",
     "trace": "tracing",
 }
 
@@ -55,6 +59,7 @@ if TYPE_CHECKING:
     from lobefem.cables import Cords, Hoops
     from lobefem.chart import HarmonicChart, harmonic_chart
     from lobefem.critical import CriticalPressure, critical_pressure
+    from lobefem.design import Design
     from lobefem.equilibrium import Equilibrium, ideal_state, inflate
     from lobefem.films import FixedWrinkles, Isotropic, TensionField
     from lobefem.formed import FormedLobe, isotensoid_stiffness
@@ -63,7 +68,9 @@ if TYPE_CHECKING:
     from lobefem.isotensoid import Isotensoid
     from lobefem.loads import GasPressure
     from lobefem.parts import Held
+    from lobefem.perturbation import Perturbed, perturb
     from lobefem.plates import EndPlates, PlateLoad
+    from lobefem.release import Released
     from lobefem.stability import Modes, find_modes
     from lobefem.surface import Surface, cylinder, lobed_cylinder
     from lobefem.tracing import CriticalPoint, Trace, critical_point, trace

@@ -116,8 +116,8 @@ def require_everywhere(comm: Any, folder: Path) -> None:
     lacking = [rank for rank, has in enumerate(comm.allgather(mine)) if not has]
     if lacking:
         raise InputError(
-            f"'{folder.parent}' cannot be written to from rank {lacking[0]} of {comm.size}; give a folder that "
-            "all machines share, by its full path"
+            f"'{folder.parent}' cannot be written to from rank {lacking[0]} of {comm.size}; give a folder "
+            "that all machines share, by its full path"
         )
 
 

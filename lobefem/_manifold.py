@@ -21,7 +21,8 @@ from dolfinx.mesh import exterior_facet_indices
 __all__ = ["require_manifold"]
 
 Integers = npt.NDArray[np.int64]
-_ROUND = {3: [0, 1, 2], 4: [0, 1, 3, 2], 6: [0, 1, 2], 9: [0, 1, 3, 2]}  # a cell's corners in turn, by its nodes
+# a cell's corners in turn, by the number of its nodes
+_ROUND = {3: [0, 1, 2], 4: [0, 1, 3, 2], 6: [0, 1, 2], 9: [0, 1, 3, 2]}
 
 
 def require_manifold(surface: Any, closed: bool) -> None:
@@ -45,8 +46,8 @@ def require_manifold(surface: Any, closed: bool) -> None:
     twice = len(np.unique(keys)) < len(keys)  # neighbours run along a common edge in opposite senses
     if comm.allreduce(int(twice)):
         raise InputError(
-            "the mesh has edges of more than two cells, or neighbours turned to opposite sides; give all cells "
-            "corners that run anticlockwise as seen from outside"
+            "the mesh has edges of more than two cells, or neighbours turned to opposite sides; give all "
+            "cells corners that run anticlockwise as seen from outside"
         )
     parts = _num_parts(mesh, corners)
     if parts > 1:
@@ -90,4 +91,6 @@ def _require_closed(surface: Any) -> None:
     open_edges = np.setdiff1d(exterior_facet_indices(mesh.topology), rims)
     count = mesh.comm.allreduce(len(open_edges))
     if count:
-        raise InputError(f"the mesh has {count} free edges beside its two rims, through which gas leaks; close them")
+        raise InputError(
+            f"the mesh has {count} free edges beside its two rims, through which gas leaks; close them"
+        )

@@ -37,7 +37,8 @@ def require_memory(comm: Any, needed: float, what: str, remedy: str) -> None:
     machine.Free()
     if needed > memory:
         raise InputError(
-            f"{what} needs about {needed / 1e9:.3g} GB of memory and there are {memory / 1e9:.3g} GB; {remedy}"
+            f"{what} needs about {needed / 1e9:.3g} GB of memory, of {memory / 1e9:.3g} GB that there are; "
+            f"{remedy}"
         )
 
 

@@ -46,7 +46,13 @@ class Net:
     rings: list[Integers]
 
 
-def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], diagonals: str | None) -> Net:
+def structured_net(
+    raw: RawMesh,
+    shape: Meridian,
+    divisions: tuple[int, int],
+    diagonals: str | None,
+    grading: float = 0.0,
+) -> Net:
     """The `grid` that Gmsh's quadrilaterals are, by row i and column j.
 
     Raises:
@@ -72,7 +78,7 @@ def structured_net(raw: RawMesh, shape: Meridian, divisions: tuple[int, int], di
             f"Gmsh's structured mesh is not the grid of {rows} x {N} cells that was asked for "
             f"(nodes up to {off:.2g} steps off); try other divisions"
         )
-    return grid(shape, lobes, divisions, diagonals)
+    return grid(shape, lobes, divisions, diagonals, grading)
 
 
 def grid(
@@ -80,14 +86,16 @@ def grid(
     lobes: int,
     divisions: tuple[int, int],
     diagonals: str | None,
+    grading: float = 0.0,
     share: int = 0,
     of: int = 1,
 ) -> Net:
     """A structured net, or the rows of one of several equal shares.
 
     Node (i, j) of N columns has the number i N + j and lies at t = i arc_length / M, theta =
-    2 pi j / N exactly. With A = (i, j), B = (i, j+1), C = (i+1, j+1), D = (i+1, j) the triangles
-    are (A, B, C), (A, C, D), and where `diagonals` is 'alternating' and i + j is odd they are
+    2 pi j / N exactly; with a grading g the rows of each lobe are at (1 - g) x + g sin(pi x/2) in the
+    place of x, -1 to 1 over the lobe. With A = (i, j), B = (i, j+1), C = (i+1, j+1), D = (i+1, j) the
+    triangles are (A, B, C), (A, C, D), and where `diagonals` is 'alternating' and i + j is odd they are
     (A, B, D), (B, C, D); with None the cells stay quadrilaterals.
 
     Args:
@@ -95,6 +103,7 @@ def grid(
         lobes: their number.
         divisions: (M, N), rows of cells in a lobe and columns.
         diagonals: 'same', 'alternating' or None.
+        grading: g, 0 for even rows.
         share: which one, from 0; the last one has the top row of nodes besides.
         of: number of shares.
     """
@@ -115,8 +124,13 @@ def grid(
         cells = cells.reshape(-1, 3)
     ring = np.column_stack((np.arange(N), (np.arange(N) + 1) % N))
     of_nodes = np.arange(first, end + (share == of - 1))
+    along = of_nodes / M
+    if grading:
+        lobe = np.minimum(of_nodes // M, lobes - 1)
+        x = 2 * (along - lobe) - 1
+        along = lobe + (1 + (1 - grading) * x + grading * np.sin(np.pi / 2 * x)) / 2
     return Net(
-        t=np.repeat(shape.arc_length * (of_nodes / M), N),
+        t=np.repeat(shape.arc_length * along, N),
         theta=np.tile(2.0 * np.pi * np.arange(N) / N, len(of_nodes)),
         cells=cells,
         first_cell=np.arange(lobes + 1) * (M * N * (1 if diagonals is None else 2)),

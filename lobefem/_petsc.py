@@ -139,6 +139,11 @@ def set_direct_solver(ksp: Any, symmetric: bool, *, compressed: bool = False, in
             _ours[prefix + name] = database.getString(name)
     pc.setFromOptions()
     ksp.setFromOptions()
+    ksp.setPreSolve(_look)
+
+
+def _look(ksp: Any, b: Any, x: Any) -> None:
+    """What lets Python look for Ctrl-C in an eigensolver, which asks for nothing else from solve to solve."""
 
 
 def asymmetry(matrix: Any) -> float:

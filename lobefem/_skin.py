@@ -11,7 +11,7 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from lobefem.balloon import Balloon
 
-__all__ = ["Skin", "across", "facing", "gather", "normals", "outline", "polygons", "skin"]
+__all__ = ["Skin", "across", "around", "facing", "gather", "normals", "outline", "polygons", "skin"]
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -55,21 +55,19 @@ def gather(balloon: Balloon, *fields: Array) -> Skin | None:
         balloon: whose film it is.
         *fields: nodal displacements of this rank (nodes, 3), as kept by states and modes.
     """
-    V, comm, topology = balloon.V, balloon.comm, balloon.mesh.topology
-    dofs = V.dofmap.index_map
-    owned, cells = dofs.size_local, topology.index_map(topology.dim).size_local
-    # DOLFINx numbers a quadrilateral's corners row by row
-    corners = [0, 1, 2] if topology.cell_name() == "triangle" else [0, 1, 3, 2]
-    local = np.ascontiguousarray(V.dofmap.list[:cells, corners])
-    faces = dofs.local_to_global(local.ravel().astype(np.int32)).reshape(local.shape)
-    nodal = [V.tabulate_dof_coordinates()[:owned], *(field[:owned] for field in fields)]
-    parts = comm.gather((nodal, faces), root=0)  # in the order of ranks, which is that of nodes
-    if comm.rank != 0:
+    from lobefem import _whole  # what is read from files is drawn without DOLFINx
+
+    nodal = {str(k): _whole.at_nodes(balloon.V, field) for k, field in enumerate(fields)}
+    whole = _whole.gather(balloon.mesh, nodal, {})
+    if whole is None:
         return None
-    x, *rest = (np.concatenate(columns) for columns in zip(*(p[0] for p in parts), strict=True))
+    return skin(whole.x, whole.cells, balloon.surface.axis, around(balloon), *whole.nodal.values())
+
+
+def around(balloon: Balloon) -> int:
+    """Nodes around the axis of a structured mesh, 0 of an unstructured one."""
     divisions = balloon.surface.divisions
-    around = 0 if divisions is None else divisions[1] * balloon.order
-    return skin(x, np.concatenate([p[1] for p in parts]), balloon.surface.axis, around, *rest)
+    return 0 if divisions is None else divisions[1] * balloon.order
 
 
 def skin(x: Array, cells: Integers, axis: npt.ArrayLike, around: int, *fields: Array) -> Skin:

@@ -17,22 +17,27 @@ from petsc4py import PETSc
 
 __all__ = [
     "REASONS",
+    "STUCK",
     "EnergySearch",
     "Newton",
+    "Separation",
     "follow_pattern",
     "free_share",
     "has_symmetric_load",
-    "keep_apart",
+    "largest_step",
     "set_up",
 ]
 
 Array = npt.NDArray[np.float64]
 
-_KEPT = 0.3  # share of the residual that a step may leave for the tangent to be kept
+# Newton steps with a kept tangent that cost less than a new one, its factorisation and its own steps, on
+# a mesh of that many unknowns
+_CHEAP_STEPS, _MANY = 10, 9000
 
 _WORDS = {
     "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
     "DIVERGED_MAX_IT": "too many iterations",
+    "DIVERGED_DTOL": "residual grows without bound",
     "DIVERGED_LINE_SEARCH": "line search failed",
     "DIVERGED_LINEAR_SOLVE": "linear solve failed",
     "DIVERGED_FNORM_NAN": "residual is not a number",
@@ -45,6 +50,16 @@ REASONS: dict[int, str] = {
     if isinstance(value, int)
 }
 
+# whole steps whose residual is so many times the load lead nowhere: the film would be strained by 1
+_WILD = 1e6
+# a step of which contact leaves less does not help
+STUCK = 1e-3
+
+
+def largest_step(balloon: Balloon) -> float:
+    """Largest component of a sensible Newton step [m, rad]: a tenth of the square root of the film's area."""
+    return 0.1 * math.sqrt(balloon.reference_area)
+
 
 class EnergySearch:
     """SNES's objective: the energy (see `Balloon.energy`).
@@ -55,10 +70,16 @@ class EnergySearch:
 
     Args:
         balloon: whose energy.
+
+    Attributes:
+        limit: residual beyond which whole steps lead nowhere [N, N m].
+        separation: what cuts the steps of a balloon with contact.
     """
 
     def __init__(self, balloon: Balloon) -> None:
         self.balloon = balloon
+        self.limit = math.inf
+        self.separation: Separation | None = None
         self._base: float | None = None
         self._stiffness: Any = None
         self._tangent_at: Array | None = None  # where SNES's matrix was assembled
@@ -80,9 +101,9 @@ class EnergySearch:
     def tangent(self, snes: Any, x: Any, last: Any = None) -> None:
         """Bring the tangent, from where a new line search starts, up to date at x. Collective.
 
-        It stays as it is, and so does its factorisation, as long as a step with it takes the residual
-        below `_KEPT` of what it was: about ten such steps cost as much as one with a new tangent. With a
-        predicted stress it is one of the last step, and new each time.
+        It stays as it is, and so does its factorisation, on a large mesh where the residual falls so
+        fast that `_CHEAP_STEPS` more with it will do. With a predicted stress it is one of the last step,
+        and new each time.
 
         Args:
             snes: that asks.
@@ -96,9 +117,13 @@ class EnergySearch:
             self.assemble(x, None if begins else last)
             x.copy(last)
         else:
+            _, atol, _, _ = snes.getTolerances()
             # the barrier of film in contact is too steep for the tangent of another place
-            going_well = self.balloon.contact is None and self._norm < _KEPT * before
-            if (going_well and not begins) or self._same(self._tangent_at, x):
+            large = self.balloon.contact is None and self.balloon.map.size > _MANY
+            falls = not begins and self._norm < before
+            if large and falls and self._norm * (self._norm / before) ** _CHEAP_STEPS <= atol:
+                return
+            if self._same(self._tangent_at, x):
                 return
             self.assemble(x)
         follow_pattern(snes, self.balloon)
@@ -133,6 +158,11 @@ class EnergySearch:
         if not math.isfinite(norms[2]):
             # PETSc 3.24 renamed it
             return getattr(why, "DIVERGED_FUNCTION_NANORINF", None) or why.DIVERGED_FNORM_NAN
+        if norms[2] > self.limit:
+            return why.DIVERGED_DTOL
+        cut = self.separation.share if iteration and self.separation is not None else 1.0
+        if self.limit < math.inf and cut < STUCK:
+            return why.DIVERGED_LINE_SEARCH
         floor = 0.0
         if iteration:
             noise = self._stiffness.duplicate()
@@ -167,8 +197,8 @@ def follow_pattern(snes: Any, balloon: Balloon) -> None:
         snes.getKSP().getPC().reset()
 
 
-def keep_apart(snes: Any, balloon: Balloon, residual: Any, downhill: bool) -> None:
-    """Cut Newton's steps where the film would touch itself.
+class Separation:
+    """Cuts Newton's steps where the film would touch itself.
 
     Args:
         snes: whose steps.
@@ -176,20 +206,30 @@ def keep_apart(snes: Any, balloon: Balloon, residual: Any, downhill: bool) -> No
         residual: the vector of SNES's function.
         downhill: whether the residual is a gradient; a step that an indefinite tangent sends uphill is
             then turned round.
-    """
-    if balloon.contact is None:
-        return
+        reach: a step of which a component is larger is not gone at all [m, rad]: it leads nowhere, and to
+            look for what it would touch takes long.
 
-    def shorten(x: Any, step: Any) -> bool:
+    Attributes:
+        share: of the last step that was gone.
+    """
+
+    def __init__(
+        self, snes: Any, balloon: Balloon, residual: Any, downhill: bool, reach: float = math.inf
+    ) -> None:
+        self.share = 1.0
+        self._balloon, self._residual, self._downhill, self._reach = balloon, residual, downhill, reach
+        if balloon.contact is not None:
+            snes.setLineSearchPreCheck(self._shorten)
+
+    def _shorten(self, x: Any, step: Any) -> bool:
         """Change Newton's step, x - step; whether it was."""
-        uphill = downhill and residual.dot(step) < 0
+        uphill = self._downhill and self._residual.dot(step) < 0
         if not uphill:
             step.scale(-1.0)
-        share = free_share(balloon, x, step)
-        step.scale(-share)
-        return uphill or share < 1
-
-    snes.setLineSearchPreCheck(shorten)
+        wild = not step.norm(PETSc.NormType.NORM_INFINITY) <= self._reach
+        self.share = 0.0 if wild else free_share(self._balloon, x, step)
+        step.scale(-self.share)
+        return uphill or self.share < 1
 
 
 def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = "bt") -> None:
@@ -243,7 +283,7 @@ class Newton:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
         self._last = q.duplicate() if predicted else None
-        search = EnergySearch(balloon)
+        self._search = search = EnergySearch(balloon)
         self.symmetric = symmetric = has_symmetric_load(balloon, q)
         K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
@@ -252,7 +292,9 @@ class Newton:
         snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x, self._last), K)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
-        keep_apart(snes, balloon, self._r, symmetric or balloon.motion is not None)
+        downhill = symmetric or balloon.motion is not None
+        reach = largest_step(balloon) if predicted else math.inf
+        search.separation = Separation(snes, balloon, self._r, downhill, reach)
         if snes.getKSP().getPC().getType() == PETSc.PC.Type.GAMG:  # the user's choice
             x = balloon.V.tabulate_dof_coordinates()
             K.setNearNullSpace(
@@ -266,6 +308,8 @@ class Newton:
         if scale == 0.0:
             scale = self._r.norm() or 1.0
         self.snes.setTolerances(atol=self.rtol * scale)
+        if self._last is not None:
+            self._search.limit = max(_WILD * scale, 10 * self._r.norm())
         self.snes.solve(None, q)
         self.norm = self.snes.getFunctionNorm()
         reason: Any = self.snes.getConvergedReason()

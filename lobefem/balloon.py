@@ -23,6 +23,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from lobefem._glance import Glance, Glanceable, number
 from lobefem._manifold import require_manifold
 from lobefem.contact import Contact, SelfContact
 from lobefem.errors import InputError
@@ -44,7 +45,7 @@ __all__ = ["Balloon"]
 Array = npt.NDArray[np.float64]
 
 
-class Balloon:
+class Balloon(Glanceable):
     """A film surface with its load, cords, plates and supports.
 
     Args:
@@ -119,8 +120,8 @@ class Balloon:
         self.reference_volume += self.motion.volume if self.motion else 0.0
         if self.motion is not None and self.reference_volume <= 0:
             raise InputError(
-                f"the surface encloses {self.reference_volume:.3g} m^3: its cells are turned inwards; reverse "
-                "the order of their corners"
+                f"the surface encloses {self.reference_volume:.3g} m^3: its cells are turned inwards; "
+                "reverse the order of their corners"
             )
 
     def on(self, surface: Any) -> Balloon:
@@ -154,6 +155,26 @@ class Balloon:
     def adopt(self, other: Balloon) -> Any:
         """The q with the displacement in which `other`, the same film with another map, is. Collective."""
         return self.map.unknowns(other.u, other._w)
+
+    def _glance(self) -> Glance:
+        film, plates, surface = self.film, self.plates, self.surface
+        lobes = f"{surface.num_lobes} lobe{'s' if surface.num_lobes > 1 else ''}"
+        mesh = "unstructured mesh" if surface.divisions is None else "{} x {}".format(*surface.divisions)
+        bar: Any = plates.bar if plates is not None else False
+        stiffness = number(bar, "N") if not isinstance(bar, bool) else "rigid" if bar else "none"
+        rows = [
+            (
+                "film",
+                f"{type(film).__name__}, {1e3 * film.thickness:g} mm, E = {film.E:g} Pa, nu = {film.nu:g}",
+            ),
+            ("gas", f"{self.load.convention} load"),
+            ("plates", "none" if plates is None else f"{plates.support}, bar {stiffness}"),
+            *(("cords", f"{', '.join(cord.on)}, EA = {cord.EA:g} N") for cord in self.cords),
+            ("built-in stress", "the lobe's own" if self.prestressed else "none"),
+        ]
+        if self.contact is not None:
+            rows.append(("contact", "film and plates"))
+        return Glance(f"{lobes}, {mesh}", tuple(rows))
 
     @property
     def guide(self) -> Guide | None:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem._banded import HERMITIAN, Band, asymmetry, lowest, most_negative
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector, as_scipy, own_pairs
 from lobefem.errors import EigenError, InputError, LobefemError
@@ -38,8 +39,8 @@ Complex = npt.NDArray[np.complex128]
 Row = tuple[float, str, float]  # critical pressure [Pa], kind of the mode, residual
 
 
-@dataclass(frozen=True)
-class HarmonicChart:
+@dataclass(frozen=True, repr=False)
+class HarmonicChart(Glanceable):
     """The critical pressures of each harmonic of a held ideal geometry.
 
     Attributes:
@@ -57,6 +58,17 @@ class HarmonicChart:
     residuals: tuple[float, ...] = field(repr=False)
     divisions: tuple[int, int]
     lobes: int
+
+    def _glance(self) -> Glance:
+        rows = tuple(
+            (f"n = {n}", "never unstable" if math.isinf(p) else number(p, "Pa"), kind)
+            for n, p, kind in zip(self.harmonics, self.pressures, self.kinds, strict=True)
+        )
+        mesh = "{} x {} divisions".format(*self.divisions)
+        title = f"lowest {number(self.pressure, 'Pa')} at n = {self.lowest}, {mesh}"
+        if math.isinf(self.pressure):
+            title = f"never unstable, {mesh}"
+        return Glance(title, rows, ("harmonic", "critical pressure", "kind"))
 
     @property
     def lowest(self) -> int:

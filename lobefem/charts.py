@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -16,11 +16,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from lobefem._style import COLOURS, LEDGER, MM, STYLE
-from lobefem.chart import HarmonicChart
-from lobefem.mesh_study import MeshStudy
-from lobefem.perturbation import Point
 
-__all__ = ["harmonic_pressures", "perturbation", "refinement"]
+if TYPE_CHECKING:
+    from lobefem.chart import HarmonicChart
+    from lobefem.mesh_study import MeshStudy
+    from lobefem.perturbation import Point
+
+__all__ = ["harmonic_pressures", "lowest_along_path", "perturbation", "refinement"]
 
 
 def harmonic_pressures(chart: HarmonicChart, *, title: str = "", width: float = 85.0) -> Figure:
@@ -181,6 +183,49 @@ def _name_ends(axes: Any, right: float, ends: list[tuple[float, str]]) -> None:
         )
 
 
+def lowest_along_path(
+    visited: Sequence[tuple[float, float]],
+    *,
+    title: str = "",
+    critical: float | None = None,
+    mode: str = "",
+    width: float = 85.0,
+) -> Figure:
+    """The lowest eigenvalue at the pressures that a search along a path has visited.
+
+    Args:
+        visited: pressure [Pa] and lowest real part of lambda [Pa/m], in any order.
+        title: over the figure.
+        critical: the critical pressure that was found [Pa], None without one.
+        mode: that turns unstable there.
+        width: of the figure [mm].
+    """
+    p, lowest = np.array(sorted(visited)).T
+    with rc_context(STYLE):
+        figure = Figure(figsize=(width * MM, 0.72 * width * MM), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes = figure.add_subplot()
+        axes.axhline(0.0, color="0.2", lw=0.7, zorder=1)
+        axes.plot(p, lowest, ".-", ms=3, lw=1.0, color=COLOURS["sway"])
+        if critical is not None:
+            axes.plot(critical, 0.0, "o", ms=4.5, mfc="white", mec="black", mew=0.9, zorder=5)
+            axes.annotate(
+                f"unstable from {critical:.0f} Pa\n({mode})",
+                (critical, 0.0),
+                xytext=(-5, -4),
+                textcoords="offset points",
+                ha="right",
+                va="top",
+                fontsize=6.5,
+            )
+            axes.set_ylim(min(lowest.min(), -0.22 * lowest.max()), None)
+        axes.set(xlabel="pressure $p$ [Pa]", ylabel=r"lowest eigenvalue $\lambda$ [Pa/m]")
+        axes.set_xlim(0, None)
+        axes.set_title(title, loc="left")
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
 def perturbation(history: Sequence[Point], *, unit: str, reaction_unit: str, width: float = 170.0) -> Figure:
     """Reaction over the ramp, then volume and energies over the release (paper figs 22 and 23).
 
@@ -194,9 +239,12 @@ def perturbation(history: Sequence[Point], *, unit: str, reaction_unit: str, wid
     motion = [p for p in history if p.time is not None and p.time > 0]
     factor = 180 / np.pi if unit == "degrees" else 1.0
     with rc_context(STYLE):
-        figure = Figure(figsize=(width * MM, 0.36 * width * MM), layout="constrained")
+        count = 3 if motion else 2
+        wide = width > 120
+        height = 0.36 * width if wide else 0.6 * width * count
+        figure = Figure(figsize=(width * MM, height * MM), layout="constrained")
         FigureCanvasAgg(figure)
-        panels = figure.subplots(1, 3 if motion else 2)
+        panels = figure.subplots(*((1, count) if wide else (count, 1)))
         axes = panels[0]
         axes.plot([factor * p.parameter for p in ramp], [p.reaction for p in ramp], ".-", ms=3, lw=1.0)
         axes.set(xlabel=f"distortion [{unit}]", ylabel=f"reaction [{reaction_unit}]", title="Ramp")
@@ -217,7 +265,7 @@ def perturbation(history: Sequence[Point], *, unit: str, reaction_unit: str, wid
             for (name, values), colour in zip(terms.items(), LEDGER, strict=True):
                 axes.semilogx(time, values, lw=1.6 if name == "sum" else 1.0, color=colour, label=name)
             axes.set(xlabel="time [s]", ylabel="energy [J]", title="Ledger")
-            axes.legend(frameon=False, fontsize=6)
+            axes.legend(frameon=False, fontsize=6, loc="center left", bbox_to_anchor=(1, 0.5))
         else:
             axes.plot([factor * p.parameter for p in ramp], [p.volume for p in ramp], ".-", ms=3, lw=1.0)
             axes.set(xlabel=f"distortion [{unit}]", ylabel="volume [m³]", title="Volume")

@@ -209,6 +209,33 @@ def perturb(
 
 @app.command(
     epilog=_examples(
+        "lobefem plot run --what modes",
+        "lobefem plot run --what stress --width 170 --to stress.svg",
+        "lobefem plot run --what release --format gif",
+    )
+)
+def plot(
+    context: typer.Context,
+    folder: options.RunDir,
+    what: options.What,
+    to: options.PictureFile = None,
+    format: options.Format = None,  # noqa: A002  --format
+    pressure: options.AtPressure = None,
+    mode: options.ModeNumbers = None,
+    width: options.Width = "85",
+) -> None:
+    """A picture of what a run folder holds, for paper or screen; modes and releases move as GIF or MP4."""
+    at = None if pressure is None else texts.pressure("--pressure", pressure)
+    numbers, wide = texts.integers("--mode", mode), texts.positive("--width", width)
+    if context.obj.is_root:
+        from lobefem.pictures import save_picture
+
+        path = save_picture(folder, what, to, format, pressure=at, modes=numbers, width=wide)
+        print(f"The picture is {path}")
+
+
+@app.command(
+    epilog=_examples(
         "lobefem sweep demos/lobes.toml --out run",
         "lobefem sweep demos/lobes.toml --out run --resume --workers 4",
         "mpirun -n 17 lobefem sweep demos/lobes.toml --out run",

@@ -302,5 +302,5 @@ def _perturb_table(results: dict[str, Any]) -> Any:
         ("not accounted for", energy["closure"], f"J, {100 * energy['error']:.2g} %"),
     ]
     for name, value, unit in rows:
-        table.add_row(name, "none" if value is None else f"{value:.6g}", unit)
+        table.add_row(name, *(("none", "") if value is None else (f"{value:.6g}", unit)))
     return table

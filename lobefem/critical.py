@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from lobefem import _petsc
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.chart import LINEAR, pressure_limit, require_prestress, solve_harmonics, stable_below
 from lobefem.cyclic import Sector
@@ -32,8 +33,8 @@ __all__ = ["CriticalPressure", "critical_pressure"]
 PREFIX = "lobefem_critical_"
 
 
-@dataclass(frozen=True)
-class CriticalPressure:
+@dataclass(frozen=True, repr=False)
+class CriticalPressure(Glanceable):
     """The lowest pressure at which the held ideal geometry loses stability.
 
     Attributes:
@@ -50,6 +51,16 @@ class CriticalPressure:
     divisions: tuple[int, int] | None
     harmonic: int | None = None
 
+    def _glance(self) -> Glance:
+        rows = [("next", ", ".join(number(p, "Pa") for p in self.pressures[1:]) or "none")]
+        if self.mode is not None:
+            rows.insert(0, ("mode", f"{self.mode.kind}, n = {self.mode.harmonic}"))
+        if self.divisions is not None:
+            rows.append(("mesh", "{} x {} divisions".format(*self.divisions)))
+        if math.isinf(self.pressure):
+            return Glance("stable at any pressure that the film can bear", tuple(rows))
+        return Glance(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
+
 
 @timed("eigensolver")
 def critical_pressure(
@@ -59,6 +70,7 @@ def critical_pressure(
     count: int = 2,
     full: bool = False,
     at: tuple[float, float] = LINEAR,
+    progress: Callable[[str], None] | None = None,
 ) -> CriticalPressure:
     """The pressure at which the held ideal geometry turns unstable: K_m phi = -p K_g phi.
 
@@ -73,6 +85,7 @@ def critical_pressure(
         full: use the full model on a cyclic mesh too.
         at: the pressures [Pa] whose two tangents make K_m and K_g. Where K is linear in p they do not
             matter.
+        progress: called with a line of text before each harmonic of this rank.
 
     Raises:
         InputError: the balloon is not prestressed, or its mesh has no such harmonic.
@@ -89,7 +102,7 @@ def critical_pressure(
     if sector is None:
         return _of_full_model(balloon, count, at)
     chosen = sector.harmonics if harmonic is None else (harmonic,)
-    found = solve_harmonics(sector, chosen, count, comm=balloon.comm, at=at)
+    found = solve_harmonics(sector, chosen, count, comm=balloon.comm, at=at, progress=progress)
     first = min(found, key=lambda n: found[n].pressures[0])
     one, divisions = found[first], balloon.surface.divisions
     if one.vector is None:

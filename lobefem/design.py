@@ -188,6 +188,7 @@ class Design(Section):
             "cell": mesh.cell,
             "order": mesh.order,
             "diagonals": mesh.diagonals,
+            "grading": mesh.grading,
             "layout": mesh.layout,
             "size": mesh.size,
             "sector": sector,

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import measures
+from lobefem import _whole, measures
+from lobefem._glance import Glance, Glanceable, number
 from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
@@ -28,8 +29,8 @@ PREFIX = "lobefem_inflate_"
 _COARSE_RTOL = 1e-4  # of a start; another mesh's discretisation is off by more
 
 
-@dataclass(frozen=True)
-class Equilibrium:
+@dataclass(frozen=True, repr=False)
+class Equilibrium(Glanceable):
     """A balloon's state: its own copies of the unknowns, and what was measured on it.
 
     Attributes:
@@ -94,6 +95,50 @@ class Equilibrium:
         """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
         self.activate()
         return measures.stress_resultants(self.balloon)
+
+    def regions(self) -> Any:
+        """Shares (taut, wrinkled, slack) of each cell as a piecewise constant function. Collective."""
+        self.activate()
+        return measures.region_shares(self.balloon)
+
+    def to_pyvista(self) -> Any:
+        """The film in this state as a PyVista grid on rank 0, None elsewhere. Collective.
+
+        Points are where the nodes are now. Point data "displacement" [m]; cell data "stress_resultants"
+        (N_m, N_h, N_mh) [N/m], "regions" (shares of taut, wrinkled and slack film) and "lobe". Rank 0
+        gathers all of it: see `lobefem._whole.gather` for what that takes.
+        """
+        balloon = self.balloon
+        cellwise = {
+            "stress_resultants": self.stress_resultants().x.array.reshape(-1, 3),
+            "regions": self.regions().x.array.reshape(-1, 3),
+            "lobe": balloon.surface.lobe_numbers(),
+        }
+        nodal = {"displacement": _whole.at_nodes(balloon.V, self.displacement)}
+        whole = _whole.gather(balloon.mesh, nodal, cellwise)
+        if whole is None:
+            return None
+        grid = _whole.to_pyvista(whole)
+        grid.points = whole.x + whole.nodal["displacement"]
+        return grid
+
+    def _glance(self) -> Glance:
+        area = self.taut_area + self.wrinkled_area + self.slack_area
+        parts = {"taut": self.taut_area, "wrinkled": self.wrinkled_area, "slack": self.slack_area}
+        film = ", ".join(f"{100 * part / area:.3g} % {name}" for name, part in parts.items())
+        rows = [
+            ("volume", number(self.volume, "m^3", 8)),
+            ("largest displacement", number(self.max_displacement, "m")),
+            ("film", film),
+            ("residual over load", f"{self.relative_residual:.1e}"),
+            ("iterations", str(self.iterations)),
+            ("built-in stress of", number(self.prestress, "Pa")),
+            ("strain energy", number(self.strain_energy, "J")),
+            ("bar force", number(self.bar_force, "N")),
+            ("cord tension", ", ".join(number(t, "N") for t in self.hoop_tension) or "none"),
+            ("displacement components", str(self.num_dofs)),
+        ]
+        return Glance(f"{self.pressure:g} Pa, {self.reason}", tuple(rows))
 
     def true_resultants(self) -> Any:
         """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m], see `measures`. Collective."""

@@ -80,13 +80,13 @@ def save_fields(folder: Path, snapshots: Sequence[Snapshot]) -> None:
 
 
 def _size(snapshots: Sequence[Snapshot]) -> int:
-    """Bytes that the fields take at the most: those of the numbers, and HDF5's and XML's own for each field."""
+    """Bytes that the fields take at the most: of the numbers, and HDF5's and XML's own for each field."""
     balloon = snapshots[0].balloon
     nodes = balloon.V.dofmap.index_map.size_global
     cells = balloon.mesh.topology.index_map(2).size_global
     fields = [2 * len(s.modes) + 1 for s in snapshots]
-    numbers = 3 * nodes + 9 * cells + sum(3 * nodes * n + 10 * cells for n in fields)
-    return 8 * numbers + 8192 * (sum(fields) + 2 * len(fields) + 4)
+    numbers = 3 * nodes + 9 * cells + sum(3 * nodes * n + 13 * cells for n in fields)
+    return 8 * numbers + 8192 * (sum(fields) + 3 * len(fields) + 4)
 
 
 def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:
@@ -96,7 +96,7 @@ def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:
         found.append(_nodal(balloon, "displacement", snapshot.state.displacement))
         stress = snapshot.state.stress_resultants()
         stress.name = "stress_resultants"
-        found.append(stress)
+        found += [stress, snapshot.state.regions()]
     for k, mode in enumerate(snapshot.modes, 1):
         found.append(_nodal(balloon, f"mode_{k}", mode.displacement))
         if imaginary:  # for all or for none: readers keep a field that a later step lacks

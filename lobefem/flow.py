@@ -197,7 +197,8 @@ class Flow:
         _petsc.set_direct_solver(snes.getKSP(), symmetric)
         with _petsc.options(PREFIX, _OPTIONS):
             ts.setFromOptions()
-        _snes.keep_apart(snes, balloon, self._r, downhill=symmetric)
+        reach = _snes.largest_step(balloon)
+        self._separation = _snes.Separation(snes, balloon, self._r, symmetric, reach)
 
     # --- the equation ---------------------------------------------------------------------------
 
@@ -228,7 +229,7 @@ class Flow:
         E(q) + c/(2 h)|q - q_n|_B^2, as the true motion does, to a millionth of p V.
         """
         norm, why = norms[2], PETSc.SNES.ConvergedReason
-        if not math.isfinite(norm):
+        if not math.isfinite(norm) or (its and self._separation.share < _snes.STUCK):
             return why.DIVERGED_DTOL
         if its == 0:
             self._start_norm = norm

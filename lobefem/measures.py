@@ -21,6 +21,7 @@ __all__ = [
     "largest",
     "nodal_areas",
     "region_areas",
+    "region_shares",
     "straining_share",
     "stress_resultants",
     "true_resultants",
@@ -42,6 +43,12 @@ def region_areas(balloon: Balloon) -> tuple[float, float, float]:
     """Reference areas of taut, wrinkled and slack film [m^2]. Collective."""
     taut, wrinkled, slack = balloon.film.regions(balloon.forms.strain, balloon.forms.number)
     return tuple(balloon.integrate(region * balloon.forms.dx) for region in (taut, wrinkled, slack))  # type: ignore[return-value]
+
+
+def region_shares(balloon: Balloon) -> Any:
+    """Shares (taut, wrinkled, slack) of each cell's film in the present displacement. Collective."""
+    shares = balloon.film.regions(balloon.forms.strain, balloon.forms.number)
+    return _cell_means(balloon, ufl.as_vector(shares), "regions")
 
 
 def stress_resultants(balloon: Balloon) -> Any:

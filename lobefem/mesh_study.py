@@ -18,6 +18,7 @@ import numpy.typing as npt
 import scipy.optimize
 
 from lobefem import checks
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.chart import HarmonicChart, harmonic_chart
 from lobefem.continuum import continuum_pressure, unstable_from
@@ -78,8 +79,8 @@ class Continuum:
     unstable_from: int | None
 
 
-@dataclass(frozen=True)
-class MeshStudy:
+@dataclass(frozen=True, repr=False)
+class MeshStudy(Glanceable):
     """Critical pressures on a sequence of meshes.
 
     Attributes:
@@ -104,6 +105,14 @@ class MeshStudy:
     published: float | None
     published_around: float | None
     verdict: tuple[str, ...] = ()
+
+    def _glance(self) -> Glance:
+        rows = tuple(
+            ("{} x {}".format(*c.divisions), number(c.pressure, "Pa"), f"n = {c.lowest}") for c in self.charts
+        )
+        behaviour = {"falls": "falls without limit", "open": "undecided"}
+        found = behaviour.get(self.lowest.behaviour, f"converges to {number(self.lowest.limit, 'Pa')}")
+        return Glance(f"critical pressure {found}", rows, ("mesh", "critical pressure", "harmonic"))
 
     @property
     def around(self) -> tuple[int, ...]:

@@ -15,6 +15,7 @@ __all__ = [
     "KEYS",
     "NAMES",
     "OUTPUT",
+    "AtPressure",
     "Bend",
     "Cell",
     "Contact",
@@ -24,6 +25,7 @@ __all__ = [
     "Divisions",
     "EdgeRadius",
     "FilmLaw",
+    "Format",
     "Harmonic",
     "Harmonics",
     "Json",
@@ -34,11 +36,13 @@ __all__ = [
     "Mass",
     "MeshStudy",
     "Meshes",
+    "ModeNumbers",
     "OnePressure",
     "Order",
     "Out",
     "Overwrite",
     "Petsc",
+    "PictureFile",
     "Pressures",
     "Prestress",
     "Profile",
@@ -46,6 +50,7 @@ __all__ = [
     "Release",
     "Report",
     "Resume",
+    "RunDir",
     "Slack",
     "State",
     "Steps",
@@ -56,6 +61,8 @@ __all__ = [
     "Twist",
     "Verbose",
     "Wave",
+    "What",
+    "Width",
     "Workers",
     "sharing",
 ]
@@ -96,7 +103,7 @@ def _design_files(incomplete: str) -> list[str]:
     return fitting
 
 
-_RUN, _OUTPUT = "The run", "Output"
+_RUN, _OUTPUT, _PICTURE = "The run", "Output", "The picture"
 Text = str | None
 DesignFile = Annotated[
     Path,
@@ -188,6 +195,13 @@ Report = Annotated[
     bool,
     typer.Option("--report", help="Write report.html into --out.", rich_help_panel=_OUTPUT),
 ]
+RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, what --out has made.")]
+What = Annotated[str, _option("--what", "WHAT", "modes, stress, state, curves or release.", _PICTURE)]
+PictureFile = Annotated[Path | None, _option("--to", "FILE", "The picture; default: DIR/WHAT.png.", _PICTURE)]
+Format = Annotated[Text, _option("--format", "F", "png, svg, gif or mp4, by default of --to.", _PICTURE)]
+ModeNumbers = Annotated[Text, _option("--mode", "LIST", "These modes only, 1, 1:4 or 2,5.", _PICTURE)]
+AtPressure = Annotated[Text, _option("--pressure", "P", "Of several, 5 or '5 Pa'; default: last.", _PICTURE)]
+Width = Annotated[str, _option("--width", "MM", "85 for one column (default), 170 for two.", _PICTURE)]
 Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fields.", _OUTPUT)]
 Overwrite = Annotated[
     bool,

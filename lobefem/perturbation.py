@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.distortions import Distortion, Increment, distort, release_start
 from lobefem.equilibrium import Equilibrium, inflate
-from lobefem.errors import InputError
+from lobefem.errors import ConvergenceError, InputError
 from lobefem.flow import Ledger, Record
 from lobefem.release import Moment, Released, release
 from lobefem.states import Checkpoint, Keepable
@@ -55,8 +56,8 @@ class Point:
     ledger: Ledger
 
 
-@dataclass(frozen=True)
-class Perturbed:
+@dataclass(frozen=True, repr=False)
+class Perturbed(Glanceable):
     """What became of a balloon that was distorted, and let go.
 
     Attributes:
@@ -73,6 +74,20 @@ class Perturbed:
     released: Released | None
     history: tuple[Point, ...] = field(repr=False)
 
+    def _glance(self) -> Glance:
+        end, kind = self.ramp[-1], self.distortion
+        rows = [
+            ("volume, original", number(self.original.volume, "m^3")),
+            ("volume, distorted", number(end.volume, "m^3")),
+            ("reaction", number(end.reaction, kind.reaction_unit)),
+            ("first contact", number(self.first_contact, kind.unit)),
+        ]
+        outcome = "held"
+        if self.released is not None:
+            outcome = f"released: {self.released.outcome}"
+            rows.append(("evidence", self.released.reason))
+        return Glance(f"{kind.kind} of {kind.parameter:.4g} {kind.unit}, {outcome}", tuple(rows))
+
     @property
     def ramp(self) -> tuple[Point, ...]:
         """The steps of the ramp."""
@@ -80,8 +95,19 @@ class Perturbed:
 
     @property
     def first_contact(self) -> float | None:
-        """Parameter of the ramp's first step with a contact force [m or rad], None without one."""
-        return next((p.parameter for p in self.ramp if p.contact_force > 0), None)
+        """Parameter at which the ramp brought the film into contact [m or rad], None without contact.
+
+        Where the smallest gap reached the activation distance, interpolated between two steps.
+        """
+        contact = self.original.balloon.contact
+        k = next((k for k, p in enumerate(self.ramp) if p.contact_force > 0), None)
+        if k is None or contact is None:
+            return None
+        last, here = self.ramp[max(k - 1, 0)], self.ramp[k]
+        if last.gap is None or here.gap is None or last.gap <= here.gap:
+            return here.parameter
+        share = min(max((last.gap - contact.activation) / (last.gap - here.gap), 0.0), 1.0)
+        return last.parameter + share * (here.parameter - last.parameter)
 
 
 def perturb(
@@ -106,12 +132,14 @@ def perturb(
         steps: increments of the ramp.
         damping: of the release, see `lobefem.release`.
         resume: what `keep` was last given in a run that was stopped.
-        keep: called on all ranks after each accepted step, with a state of the free balloon and notes.
+        keep: called on all ranks after each accepted step, with a state of the free balloon and notes;
+            its shape is that of notes["history"][notes["point"]].
         progress: called with a line of text now and then.
 
     Raises:
         InputError: the balloon cannot be distorted so, or `resume` is of another study.
-        ConvergenceError: no equilibrium; its `state` is the last one.
+        ConvergenceError: no equilibrium; its `state` is the last one, and in a ramp `data` holds the
+            `points` up to there.
 
     Collective.
     """
@@ -188,15 +216,19 @@ class _Log:
             if distortion.parameter:
                 left = 1 - begin / distortion.parameter
                 steps = max(math.ceil(steps * left - 1e-9), 1)
-        done = distort(
-            start,
-            distortion,
-            begin=begin,
-            steps=steps,
-            first=1 / 8,
-            on_step=self._ramped,
-            progress=progress,
-        )
+        try:
+            done = distort(
+                start,
+                distortion,
+                begin=begin,
+                steps=steps,
+                first=1 / 8,
+                on_step=self._ramped,
+                progress=progress,
+            )
+        except ConvergenceError as error:
+            error.data["points"] = tuple(self.history)
+            raise
         return done.state
 
     def _ramped(self, increment: Increment, state: Equilibrium) -> None:
@@ -230,7 +262,7 @@ class _Log:
                 ledger=ledger,
             )
         )
-        self._keep(release_start(state) if self.keep is not None else None, "ramp")
+        self._keep(release_start(state) if self.keep is not None else None, "ramp", len(self.history) - 1)
 
     def _gas(self, gained: float, plates: tuple[Array, Array]) -> float:
         """Work of the gas over a step; what `film` load leaves out on the plates by the trapezoid rule."""
@@ -274,14 +306,16 @@ class _Log:
                     ledger=record.ledger,
                 )
             )
-        self._keep(before, "release")
+        # the step began where the one before ended
+        self._keep(before, "release", len(self.history) - (2 if record.number else 1))
 
-    def _keep(self, state: Keepable | None, phase: str) -> None:
+    def _keep(self, state: Keepable | None, phase: str, point: int) -> None:
         if self.keep is None or state is None:
             return
         notes = {
             "study": dict(self.study),
             "phase": phase,
+            "point": point,
             "parameter": self.parameter,
             "history": [asdict(p) for p in self.history],
             "records": [asdict(r) for r in self.records],

@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from lobefem._skin import Skin, facing, gather, normals, outline, polygons
+from lobefem._skin import Skin, facing, gather
 from lobefem._style import COLOURS, MM, STYLE, UNITS
 from lobefem.errors import InputError
+from lobefem.shapes import Panel, blank, paint, window
 
 if TYPE_CHECKING:
     from lobefem.branches import Branch
@@ -25,9 +25,18 @@ if TYPE_CHECKING:
     from lobefem.stability import Mode, Modes
     from lobefem.tracing import CriticalPoint
 
-__all__ = ["chosen_modes", "drawn_amplitude", "eigenvalue_curves", "mode_shapes"]
+__all__ = [
+    "NOTE",
+    "chosen_modes",
+    "drawn_amplitude",
+    "eigenvalue_curves",
+    "mode_caption",
+    "mode_panel",
+    "mode_shapes",
+]
 
 Array = npt.NDArray[np.float64]
+NOTE = "dotted: undeformed; blue: one meridian; displacements exaggerated"
 
 
 # --- eigenvalues against pressure ---------------------------------------------------------------
@@ -166,6 +175,18 @@ def _label_ends(
         )
         for value, b in ends
     ]
+    for b in branches:  # one that leaves the lowest modes early is named where it does
+        if b.pressures[-1] < last and not _minor(b) and limits[0] < b.values[-1] < limits[1]:
+            axes.annotate(
+                b.name,
+                (b.pressures[-1], b.values[-1]),
+                xytext=(3, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=6,
+                color=COLOURS[b.kind],
+                bbox={"fc": "white", "ec": "none", "pad": 0.5},
+            )
     if not texts:
         return
     figure.draw_without_rendering()  # lays out; only then are the ends' places known
@@ -204,10 +225,10 @@ def chosen_modes(modes: Modes, chosen: Sequence[int]) -> list[Mode]:
     return [modes[i] for i in chosen]
 
 
-def drawn_amplitude(mode: Mode, skin: Skin, field: Array, amplitude: float) -> float:
+def drawn_amplitude(kind: str, skin: Skin, field: npt.NDArray[Any], amplitude: float) -> float:
     """Factor [m] on a mode's displacement when drawn; local ones, folds of the skin, are smaller."""
     largest = float(np.linalg.norm(field, axis=1).max())  # less than 1 for the real part of a pair
-    return amplitude * skin.diameter * (0.7 if mode.kind == "local" else 1.0) / largest
+    return amplitude * skin.diameter * (0.7 if kind == "local" else 1.0) / largest
 
 
 def mode_shapes(
@@ -244,76 +265,39 @@ def mode_shapes(
     skin = gather(modes.state.balloon, *(m.displacement for m in picked))
     if skin is None:
         return None
-    columns = min(columns or len(picked), len(picked))
-    reach, margin = skin.diameter * (0.5 + 1.15 * amplitude), 0.6 * amplitude * skin.diameter
-    # heights on paper [mm]: title, caption, side view, top view, all beside a cell's width
-    cell, head, label = width / columns, (6.0 if title else 1.0), 7.0
-    side = cell * (skin.height + 2 * margin) / (2 * reach)
-    row_height = label + side + cell
-    foot = 4.0
-    total = head + -(-len(picked) // columns) * row_height + foot
-    with rc_context(STYLE):
-        figure = Figure(figsize=(width * MM, total * MM))
-        FigureCanvasAgg(figure)
-        figure.text(0.5, 1 - 1.5 / total, title, ha="center", va="top", fontsize=7.5)
-        for k, (mode, field) in enumerate(zip(picked, skin.fields, strict=True)):
-            row, column = divmod(k, columns)
-            y = total - head - row * row_height
-            figure.text((column + 0.5) / columns, y / total, _caption(k, modes, mode), ha="center", va="top")
-            e1, e2 = facing(skin, field)
-            shape = skin.x + drawn_amplitude(mode, skin, field, amplitude) * field
-            views = (
-                (skin.axis, -e2, y - label - side, side, (-margin, skin.height + margin)),
-                (e2, skin.axis, y - label - side - cell, cell, (-reach, reach)),
-            )
-            for up, towards, bottom, tall, limits in views:
-                axes = figure.add_axes((column / columns, bottom / total, 1 / columns, tall / total))
-                axes.set_axis_off()
-                _draw(axes, skin, shape, (e1, up, towards), 1 if cell > 30 else 2)
-                axes.set(xlim=(-reach, reach), ylim=limits, aspect="equal")
-        note = "dotted: undeformed; blue: one meridian; displacements exaggerated"
-        figure.text(0.5, 0.6 / total, note, ha="center", va="bottom", fontsize=5.5, color="0.35")
+    captions = [
+        mode_caption(f"({chr(ord('a') + k)})", mode.kind, mode.harmonic, mode.value.real, UNITS[modes.mass])
+        for k, mode in enumerate(picked)
+    ]
+    panels = [
+        mode_panel(caption, mode.kind, skin, field, amplitude)
+        for caption, mode, field in zip(captions, picked, skin.fields, strict=True)
+    ]
+    figure = blank()
+    view = window(skin, panels, 0.15 * amplitude)
+    paint(figure, skin, panels, view, title=title, columns=columns or len(picked), note=NOTE, width=width)
     return figure
 
 
-def _caption(k: int, modes: Modes, mode: Mode) -> str:
-    name = f"({chr(ord('a') + k)}) {mode.kind}, $n$ = {mode.harmonic}"
-    value = mode.value.real
-    number = f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}"
-    return f"{name}\n$\\lambda$ = {number} {UNITS[modes.mass]}"
+def mode_caption(label: str, kind: str, harmonic: int, value: float, unit: str) -> str:
+    """A mode's name and, below it, its eigenvalue."""
+    number = (f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}").replace("-", "\N{MINUS SIGN}")
+    return f"{label} {kind}, $n$ = {harmonic}\n$\\lambda$ = {number} {unit}"
 
 
-def _draw(axes: Any, skin: Skin, shape: Array, view: tuple[Array, Array, Array], step: int) -> None:
-    """One view; `view` holds the unit vectors to the right, up and towards the viewer."""
-    right, up, towards = view
-    flat = np.stack([shape @ right, shape @ up], axis=1)
-    groups = polygons(skin, step)
-    order = np.argsort(np.concatenate([shape[g].mean(axis=1) @ towards for g in groups]))
-    corners = [polygon for g in groups for polygon in flat[g]]
-    lit = np.concatenate([normals(shape[g]) for g in groups]) @ (0.75 * towards + 0.25 * up + 0.45 * right)
-    grey = np.clip(0.80 + 0.20 * np.abs(lit[order]), 0, 1)
-    faces = PolyCollection(
-        [corners[i] for i in order],
-        facecolors=np.repeat(grey[:, None], 3, axis=1),
-        edgecolors="0.3",
-        linewidths=0.2,
-        joinstyle="round",
-    )
-    axes.add_collection(faces)
-    from_above = abs(towards @ skin.axis) > 0.5
-    dotted = {"color": COLOURS["twist"], "lw": 0.8, "ls": (0, (1, 1.4)), "zorder": 3}
-    z, r = outline(skin)
-    if from_above:
-        angle = np.linspace(0, 2 * np.pi, 181)
-        for radius in (r.max(), r[-1]):
-            axes.plot(radius * np.cos(angle), radius * np.sin(angle), **dotted)
-    else:
-        for x, y in ((r, z), (-r, z), (r[[0, 0]] * [-1, 1], z[[0, 0]]), (r[[-1, -1]] * [-1, 1], z[[-1, -1]])):
-            axes.plot(x, y, **dotted)
-    if skin.grid is not None:
-        front = -up if from_above else towards
-        meridian = skin.grid[:, np.argmax(skin.x[skin.grid[0]] @ front)]
-        if from_above:  # only the part above the topmost equator is seen
-            meridian = meridian[len(r) - 1 - int(np.argmax(np.diff(r[::-1]) < 0)) :]
-        axes.plot(*flat[meridian].T, color=COLOURS["sway"], lw=1.0, zorder=2)
-        axes.plot(skin.x[meridian] @ right, skin.x[meridian] @ up, **dotted)
+def mode_panel(
+    caption: str, kind: str, skin: Skin, field: npt.NDArray[Any], amplitude: float = 0.09, phase: float = 0.0
+) -> Panel:
+    """A mode, exaggerated.
+
+    Args:
+        caption: over it.
+        kind: of the mode.
+        skin: the film.
+        field: its displacement (nodes, 3), complex for a mode that turns as it swings.
+        amplitude: largest displacement as a share of the balloon's diameter.
+        phase: of the swing [rad]: the real part of field times e^(-i phase) is drawn.
+    """
+    factor = drawn_amplitude(kind, skin, field, amplitude)
+    moved = skin.x + factor * (field * np.exp(-1j * phase)).real
+    return Panel(caption, moved, facing(skin, field.real))

@@ -17,11 +17,11 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _petsc
-from lobefem._snes import REASONS, Newton
+from lobefem._snes import REASONS, Newton, largest_step
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, record
 from lobefem.errors import ConvergenceError
-from lobefem.flow import Flow, Ledger, damping_scale
+from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.guides import Guide
 from lobefem.log import logger
 from lobefem.progress import said
@@ -39,9 +39,9 @@ PREFIX = "lobefem_distort_"
 _SMALL = 1 / 8
 # eigenvalues above minus this share of p/sqrt(film area) count as none that is negative
 _NEUTRAL = 1e-3
-# of the damped motion: error of a step over sqrt(film area), and residual over the load at its end
-_TOLERANCE, _SETTLED, _MOST_STEPS = 3e-4, 1e-6, 500
-_UNSTABLE, _TOUCHES = "unstable", "the film would touch itself"
+# of the damped motion: error of a step over sqrt(film area), residual over the load at its ends
+_TOLERANCE, _SETTLED, _MOST_STEPS = 3e-4, (1e-6, 1e-8), 300
+_UNSTABLE, _TOUCHES = "unstable", "the film would go too far or touch itself"
 
 
 @dataclass(frozen=True)
@@ -187,13 +187,26 @@ class Ramp:
         self._back()
         if not self._predict(target):
             return _TOUCHES, 0, 0.0
+        why, count, lost = "", 0, 0.0
+        for settled in _SETTLED:
+            last, begin = self._drift(settled), self.q.copy()
+            why, iterations = self._solve()
+            count, lost = count + last.iterations + iterations, lost + last.ledger.damping
+            if not why:
+                break
+            # just past the buckling the motion is slow and its residual small: it is not at rest yet
+            begin.copy(self.q)
+        return why, count, lost
+
+    def _drift(self, settled: float) -> Record:
+        """Damped motion until the residual is a share of the load: its last record."""
         balloon = self.balloon
         flow = Flow(
             balloon,
             self.q,
             damping=damping_scale(balloon),
             tolerance=_TOLERANCE * math.sqrt(balloon.reference_area),
-            settled=_SETTLED,
+            settled=settled,
             ledger=Ledger(),
         )
         try:
@@ -202,8 +215,7 @@ class Ramp:
         finally:
             flow.destroy()
         self._say(f"damped motion, {end} after {last.number} steps, |r| = {last.residual:.2e}")
-        why, count = self._solve()
-        return why, last.iterations + count, last.ledger.damping
+        return last
 
     def _back(self) -> None:
         """Return to the last equilibrium."""
@@ -216,11 +228,11 @@ class Ramp:
         Without two, along the linear response -K^-1 dr/ds. Collective.
 
         Returns:
-            whether the film can go there without touching itself.
+            whether the film can go there: not too far, and without touching itself.
         """
         balloon, guide, q = self.balloon, self.guide, self.q
         balloon.place(q)
-        before = balloon.u.x.array.copy()
+        before, last = balloon.u.x.array.copy(), q.copy()
         change = target - guide.parameter
         if len(self._found) == 2:
             (s0, q0), (s1, _) = self._found
@@ -238,6 +250,9 @@ class Ramp:
             ksp.solve(rate, now)
             q.axpy(-1e4, now)
         guide.parameter = target
+        last.axpy(-1.0, q)
+        if last.norm(PETSc.NormType.NORM_INFINITY) > largest_step(balloon):
+            return False
         if balloon.contact is None:
             return True
         balloon.place(q)

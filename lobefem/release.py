@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
@@ -80,8 +81,8 @@ class Moment:
         return u.x.array.reshape(-1, 3).copy()
 
 
-@dataclass(frozen=True)
-class Released:
+@dataclass(frozen=True, repr=False)
+class Released(Glanceable):
     """What became of a balloon that was let go.
 
     Attributes:
@@ -113,6 +114,16 @@ class Released:
     damping: float
     history: tuple[Record, ...] = field(repr=False)
     rejected: int
+
+    def _glance(self) -> Glance:
+        rows = (
+            ("evidence", self.reason),
+            ("lowest eigenvalue", number(self.lowest, "Pa/m")),
+            ("distance from the undistorted shape", number(self.distance, "m", 3)),
+            ("steps", f"{len(self.history) - 1}, {self.history[-1].time:.3g} s"),
+            ("energy not accounted for", f"{100 * self.ledger.error:.2g} %"),
+        )
+        return Glance(self.outcome, rows)
 
     @property
     def ledger(self) -> Ledger:

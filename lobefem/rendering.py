@@ -77,7 +77,7 @@ def render_modes(
         plotter.set_background("white")
         for k, (mode, field) in enumerate(zip(picked, skin.fields, strict=True)):
             _, e2 = facing(skin, field)
-            shape = skin.x + drawn_amplitude(mode, skin, field, amplitude) * field
+            shape = skin.x + drawn_amplitude(mode.kind, skin, field, amplitude) * field
             mesh = pyvista.PolyData(shape, faces)
             size = np.linalg.norm(field, axis=1)
             mesh["displacement"] = size / size.max()

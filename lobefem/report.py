@@ -208,7 +208,7 @@ def _overview(parts: Sequence[_Part]) -> Table:
     for part in parts:
         results = part.run.results
         critical = results.get("critical_pressure")
-        n = results.get("harmonic", results.get("critical_harmonic"))
+        n = results.get("harmonic")
         shown = ("" if critical is None else report_tables.number(critical), "" if n is None else str(n))
         rows.append((part.run.name, part.title, part.subtitle, *shown))
     return Table("Runs", ("run", "what", "of", "critical pressure [Pa]", "n"), tuple(rows))
@@ -222,7 +222,7 @@ def _subtitle(run: Run) -> str:
     said += [f"{results['film']} film"] if results.get("film") else []
     said += [f"{results['load']} load"] if results.get("load") else []
     said += [str(results["support"])] if results.get("support") else []
-    if isinstance(mesh, list) and "meshes" not in results:
+    if isinstance(mesh, list) and results.get("command") != "mesh-study":
         said.append(" × ".join(map(str, mesh)) + " divisions")
     return ", ".join(said)
 

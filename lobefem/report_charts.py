@@ -91,7 +91,7 @@ def eigenvalues(run: Run) -> Chart | None:
     shown = list(traces.values())
     critical = results.get("critical_pressure")
     if _finite(critical) and critical:
-        n = results.get("harmonic", results.get("critical_harmonic"))
+        n = results.get("harmonic")
         shown.append(
             {
                 "type": "scatter", "mode": "markers", "x": [critical], "y": [0.0], "name": "critical",

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 
 from lobefem._skin import Skin, across, facing, skin
 from lobefem._style import MM, REGIONS, STYLE, UNITS
+from lobefem.plotting import drawn_amplitude
 from lobefem.report_tables import number, stored_modes
 from lobefem.runs import Run, Step
 from lobefem.shapes import draw
@@ -126,19 +127,18 @@ def _mode_picture(run: Run, mode: Array, name: str) -> str:
 
 
 def _drawn(film: Skin, mode: Array, name: str) -> float:
-    """Factor [m] on a mode's displacement when drawn; local ones, folds of the skin, are smaller."""
-    largest = float(np.linalg.norm(mode, axis=1).max(initial=0.0)) or 1.0
-    return _AMPLITUDE * film.diameter * (0.7 if name.startswith("local") else 1.0) / largest
+    """Factor [m] on a mode's displacement when drawn; a mode of nothing is damage, and drawn as such."""
+    return drawn_amplitude(name.split(",")[0], film, mode, _AMPLITUDE) if mode.any() else 0.0
 
 
 # --- maps ----------------------------------------------------------------------------------------
 
 
 def regions(step: Step) -> npt.NDArray[np.int64] | None:
-    """0 slack, 1 wrinkled, 2 taut of each cell, by how many of its principal stresses are tensile.
+    """0 slack, 1 wrinkled, 2 taut of each cell: what it is for the most part by the stored shares.
 
-    Of tension-field film, slack stiffness included, this is what its law says (physics: taut where the
-    minor principal stress is positive, slack where no stress is).
+    Without them by how many of its principal stresses are tensile, which is the same for tension-field
+    film, slack stiffness included.
     """
     shares = step.cells.get("regions")
     if shares is not None and shares.ndim == 2 and shares.shape[1] == 3:
@@ -321,7 +321,6 @@ def _views(run: Run, film: Skin) -> Iterator[dict[str, Any]]:
         step = run.steps[s]
         state = step.nodal.get("displacement", np.zeros_like(run.x))
         group = _step_name(run, s)
-        group = group[:1].upper() + group[1:]
         for k in range(step.num_modes):
             mode, name = step.nodal[f"mode_{k + 1}"], mode_name(run, s, k)
             size = np.linalg.norm(mode, axis=1)

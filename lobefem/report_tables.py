@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from lobefem import schema
 from lobefem._style import UNITS
 from lobefem.runs import Run
 
@@ -25,72 +26,17 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
 
-# what a key of the results is called, and its unit
-_QUANTITIES = {
-    "critical_pressure": ("critical pressure", "Pa"),
-    "harmonic": ("harmonic n", ""),
-    "critical_harmonic": ("harmonic n", ""),
-    "kind": ("kind of mode", ""),
-    "bounds": ("bounds of the critical pressure", "Pa"),
-    "point": ("kind of point", ""),
-    "projection": ("share of the load in the mode", ""),
-    "bracket": ("stable and unstable pressure beside it", "Pa"),
-    "limit": ("searched up to", "Pa"),
-    "published": ("published critical pressure", "Pa"),
-    "published_around": ("divisions around that give the published one", ""),
-    "outcome": ("outcome", ""),
-    "reason": ("reason", ""),
-    "error": ("error", ""),
-    "state": ("state", ""),
-    "mass": ("mass of the eigenproblem", ""),
-    "pressure": ("gas pressure", "Pa"),
-    "prestress": ("pressure of the built-in stress", "Pa"),
-    "volume": ("volume", "m³"),
-    "volume_original": ("volume, original", "m³"),
-    "volume_imposed": ("volume, distorted", "m³"),
-    "volume_final": ("volume, final", "m³"),
-    "imposed_ratio": ("distorted over original volume", ""),
-    "strain_energy": ("strain energy", "J"),
-    "max_displacement": ("largest displacement", "m"),
-    "bar_force": ("force in the bar, tension positive", "N"),
-    "hoop_tension": ("mean tension of each hoop", "N"),
-    "taut_area": ("taut area", "m²"),
-    "wrinkled_area": ("wrinkled area", "m²"),
-    "slack_area": ("slack area", "m²"),
-    "distortion": ("distortion", ""),
-    "parameter": ("size of the distortion", "{unit}"),
-    "reaction": ("reaction at the end of the ramp", "{reaction_unit}"),
-    "min_eigenvalue": ("lowest eigenvalue", "Pa/m"),
-    "first_contact": ("first contact at", "{unit}"),
-    "smallest_gap": ("smallest gap", "m"),
-    "distance": ("largest distance from the original shape", "m"),
-    "rotation": ("turned about the axis", "rad"),
-    "contact": ("contact modelled", ""),
-    "release": ("released", ""),
-}
-_CONVERGENCE = {
-    "converged": ("converged", ""),
-    "iterations": ("iterations", ""),
-    "residual": ("relative residual", ""),
-    "relative_residual": ("residual over the load", ""),
-    "steps": ("pressures on the way", "Pa"),
-    "num_dofs": ("displacement components", ""),
-}
+# results that say how well the others are known
+_CONVERGENCE = ("converged", "iterations", "residual", "relative_residual", "steps", "num_dofs")
+# what the header, another table or a chart says
+_ELSEWHERE = {
+    "schema", "command", "title", "version", "versions", "warnings", "profile", "film", "load", "support",
+    "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited", "rows", "lowest",
+    "low_harmonics", "shown",
+}  # fmt: skip
 _MESHES = {
     "falls": "This critical pressure depends on the mesh: it falls under refinement without a limit",
     "open": "Whether this critical pressure depends on the mesh, the meshes of this study do not tell",
-}
-_HIDDEN = {
-    "schema", "command", "title", "version", "versions", "warnings", "profile", "film", "load", "support",
-    "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited", "rows",
-}  # fmt: skip
-_ENERGY = {
-    "constraint": "work of the constraint",
-    "pressure": "work of the gas",
-    "strain": "gain in strain energy",
-    "contact": "contact energy",
-    "damping": "taken by damping",
-    "closure": "not accounted for",
 }
 # units of a design's keys where they have one
 _DESIGN_UNITS = {
@@ -125,34 +71,43 @@ def warnings(run: Run) -> list[str]:
 
 
 def numbers(run: Run) -> Table:
-    """All single numbers of the results, with units."""
-    results = run.results
-    others = [key for key in results if key not in _QUANTITIES and key not in _CONVERGENCE]
-    rows = [
-        _row(results, key, *_QUANTITIES.get(key, (key.replace("_", " "), "")))
-        for key in (*_QUANTITIES, *others)
-        if _is_shown(results, key)
-    ]
-    for name, value in _pairs(results.get("sides")):
-        rows.append((f"critical pressure, {name} side", number(value), "Pa"))
-    energy = dict(_pairs(results.get("energy")))
-    rows += [(name, number(energy[key]), "J") for key, name in _ENERGY.items() if key in energy]
-    return Table("Numbers of this run", ("quantity", "value", "unit"), tuple(rows))
+    """All single numbers of the results, with their units and meanings from `lobefem.schema`."""
+    found = dict(_singles(run.results))
+    keys = ["error", "outcome", "reason", *(key for keys in schema.COMMANDS.values() for key in keys)]
+    ordered = dict.fromkeys([*(key for key in keys if key in found), *found])
+    return _told(run.results, "Numbers of this run", [key for key in ordered if key not in _CONVERGENCE])
 
 
-def _is_shown(results: Mapping[str, Any], key: str) -> bool:
-    """Whether a result is a plain value, or a list of them, that has no place of its own."""
-    value = results.get(key)
-    items = value if isinstance(value, list) else [value]
-    return not (
-        key in _HIDDEN or value in (None, [], "") or any(isinstance(item, (dict, list)) for item in items)
-    )
+def _singles(results: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Plain values, or lists of them, that have no place of their own; one level down as "energy.strain"."""
+    for key, value in results.items():
+        if key in _ELSEWHERE:
+            continue
+        inner = {f"{key}.{name}": one for name, one in _pairs(value)} or {key: value}
+        for path, one in inner.items():
+            items = one if isinstance(one, list) else [one]
+            if one not in (None, [], {}, "") and not any(isinstance(item, (dict, list)) for item in items):
+                yield path, one
 
 
-def _row(results: Mapping[str, Any], key: str, name: str, unit: str) -> tuple[str, str, str]:
-    if unit.startswith("{"):
-        unit = str(results.get(unit[1:-1], ""))
-    return name, number(results[key]), unit
+def _told(results: Mapping[str, Any], caption: str, keys: Sequence[str]) -> Table:
+    found = dict(_singles(results))
+    rows = []
+    for key in keys:
+        unit, meaning = _meaning(str(results.get("command")), key)
+        unit = str(results.get(unit, "")) if unit in ("unit", "reaction_unit") else unit
+        words = key.replace("_", " ").replace(".", ", ")
+        rows.append((words, number(found[key]), unit.replace("^2", "²").replace("^3", "³"), meaning))
+    return Table(caption, ("quantity", "value", "unit", "meaning"), tuple(rows))
+
+
+def _meaning(command: str, key: str) -> tuple[str, str]:
+    """Unit and meaning of a key of a command's results, or of the first command that has it."""
+    for one in (command, *schema.COMMANDS):
+        name = schema.described(one, key)
+        if name is not None:
+            return (schema.COMMON | schema.COMMANDS.get(one, {}))[name]
+    return "", ""
 
 
 def _pairs(value: Any) -> Iterator[tuple[str, Any]]:
@@ -163,11 +118,10 @@ def _pairs(value: Any) -> Iterator[tuple[str, Any]]:
 def convergence(run: Run) -> list[Table]:
     """How well the numbers are known: of Newton's method, of eigenpairs, of a fit over meshes."""
     results, tables = run.results, []
-    rows = [_row(results, key, *words) for key, words in _CONVERGENCE.items() if _is_shown(results, key)]
-    if results.get("command") == "inflate":
-        rows = [("residual", row[1], "N") if row[0] == "relative residual" else row for row in rows]
-    if rows:
-        tables.append(Table("How well the state is known", ("quantity", "value", "unit"), tuple(rows)))
+    found = dict(_singles(results))
+    known = [key for key in _CONVERGENCE if key in found]
+    if known:
+        tables.append(_told(results, "How well the state is known", known))
     head = (
         "pressure [Pa]",
         "residual of the state / load",

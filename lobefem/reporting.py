@@ -42,7 +42,7 @@ class Clock:
 
     def left(self) -> str:
         """As 'about 2:05 left', "" while nothing is known."""
-        if self._end is None:
+        if self._end is None or self.share == 1.0:
             return ""
         seconds = max(round(self._end - self._now()), 0)
         hours, minutes = seconds // 3600, seconds // 60 % 60
@@ -126,7 +126,7 @@ class _Bar:
         from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
         self._clock = Clock()
-        bar = BarColumn(bar_width=20)
+        bar = BarColumn(bar_width=12)
         left = TextColumn("{task.fields[clock]}", markup=False)
         text = TextColumn("{task.description}", markup=False)
         self._progress = Progress(

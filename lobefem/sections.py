@@ -22,7 +22,7 @@ _PAPER_RADIUS = 2.0  # [m]
 _PAPER_LENGTH = 4.2  # of the cylinder [m]
 _LOBE_HEIGHT = 2.094950553365567  # of the paper's lobe over its edge radius
 _FORMING_PRESSURE = 37.5  # [Pa]
-_MOST_DIGITS = 9  # of integers as text; Python refuses to read thousands of them
+_MOST_DIGITS = 9  # of integers; Python refuses to read and to write thousands of them
 _SIZES = {
     "isotensoid": ("edge_radius", "R0", "truncation"),
     "cylinder": ("radius", "length"),
@@ -71,7 +71,7 @@ def _integer(least: int, most: int | None = None) -> BeforeValidator:
         text = isinstance(value, str) and value.strip().isdecimal() and len(value) <= _MOST_DIGITS
         number = int(value) if text else value
         whole = isinstance(number, int) and not isinstance(number, bool)
-        if not whole or number < least or (most is not None and number > most):
+        if not whole or not least <= number <= (most or 10**_MOST_DIGITS):
             raise ValueError(f"{shown(value)} is impossible; give {span}")
         return number
 
@@ -83,7 +83,9 @@ def _divisions(value: Any) -> tuple[int, int]:
     if isinstance(value, str):
         ends = value.lower().split("x")
         pair = [int(n) if n.strip().isdecimal() and len(n) <= _MOST_DIGITS else n for n in ends]
-    whole = isinstance(pair, (list, tuple)) and all(type(n) is int and n > 0 for n in pair)
+    whole = isinstance(pair, (list, tuple)) and all(
+        type(n) is int and 0 < n <= 10**_MOST_DIGITS for n in pair
+    )
     if not whole or len(pair) != 2:
         raise ValueError(
             f"{shown(value)} is no mesh division; give cells along a lobe's meridian and around the "
@@ -195,6 +197,7 @@ class Mesh(Section):
     cell: Annotated[str, _word("triangle", "quadrilateral")] = "triangle"
     order: Annotated[int, _integer(1, 2)] = 1
     diagonals: Annotated[str, _word("same", "alternating")] = "same"
+    grading: Annotated[float, _quantity(NUMBER, "in [0, 0.95]", lambda v: 0 <= v <= 0.95)] = 0.0
     layout: Annotated[str, _word("structured", "unstructured")] = "structured"
     size: Annotated[float | None, _positive(LENGTH)] = None
 

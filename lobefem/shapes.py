@@ -171,6 +171,7 @@ def paint(
             left = middle - cell / 2 if not alone else middle - cell
             places = [(left, top - cell * view.side), (left, top - cell * tall)]
             if alone:
+                places[0] = (left, top - cell * (max(view.side, 1.0) + view.side) / 2)
                 places[1] = (left + cell, top - cell * (max(view.side, 1.0) + 1) / 2)
             e1, e2 = panel.across
             views = ((skin.axis, -e2, view.low), (e2, skin.axis, -view.reach))

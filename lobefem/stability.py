@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _petsc
+from lobefem import _petsc, _whole
+from lobefem._glance import Glance, Glanceable
 from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector
 from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, solver, with_conjugates
@@ -63,8 +64,8 @@ class Mode:
     displacement_imag: Array = field(repr=False)
 
 
-@dataclass(frozen=True)
-class Modes:
+@dataclass(frozen=True, repr=False)
+class Modes(Glanceable):
     """The lowest modes of a state, sorted by the real part of lambda.
 
     Attributes:
@@ -93,6 +94,47 @@ class Modes:
     def stable(self) -> bool:
         """Whether all eigenvalues have a positive real part."""
         return bool(self.values.real.min() > 0)
+
+    def to_pyvista(self, index: int = 0) -> Any:
+        """The film with one mode as a PyVista grid on rank 0, None elsewhere. Collective.
+
+        Points are where the state's nodes are. Point data "mode" and "mode_imag" (largest length 1), and the
+        state's "displacement" [m]; cell data "lobe". `grid.warp_by_vector("mode", factor=0.3)` is the
+        balloon as it moves. Rank 0 gathers all of it: see `lobefem._whole.gather` for what that takes.
+
+        Raises:
+            InputError: no such mode.
+        """
+        if not 0 <= index < len(self):
+            raise InputError(f"mode {index} is not there; choose from 0 to {len(self) - 1}")
+        balloon, mode = self.state.balloon, self[index]
+        fields = {
+            "displacement": self.state.displacement,
+            "mode": mode.displacement,
+            "mode_imag": mode.displacement_imag,
+        }
+        nodal = {name: _whole.at_nodes(balloon.V, field) for name, field in fields.items()}
+        whole = _whole.gather(balloon.mesh, nodal, {"lobe": balloon.surface.lobe_numbers()})
+        if whole is None:
+            return None
+        grid = _whole.to_pyvista(whole)
+        grid.points = whole.x + whole.nodal["displacement"]
+        grid.set_active_vectors("mode")
+        return grid
+
+    def _glance(self) -> Glance:
+        unit = "Pa/m" if self.mass == "unit" else "N/m"
+        rows = tuple(
+            (
+                f"{mode.kind}, n = {mode.harmonic}",
+                f"{mode.value.real:.6g}" + (f" {mode.value.imag:+.3g}i" if mode.value.imag else ""),
+                f"{mode.residual:.0e}",
+            )
+            for mode in self.modes
+        )
+        verdict = "stable" if self.stable else "unstable"
+        title = f"{len(self)} lowest at {self.state.pressure:g} Pa, {verdict}"
+        return Glance(title, rows, ("mode", f"eigenvalue [{unit}]", "residual"))
 
     def __len__(self) -> int:
         return len(self.modes)

@@ -41,6 +41,12 @@ if TYPE_CHECKING:
 __all__ = ["RunFolder", "Snapshot"]
 
 _FIGURES = ("critical_pressures.png", "mesh_study.png", "eigenvalues.png", "history.png")
+# what `lobefem plot` puts there by itself
+_PICTURES = tuple(
+    f"{what}.{suffix}"
+    for what in ("modes", "stress", "state", "curves", "release")
+    for suffix in ("png", "svg", "gif", "mp4")
+)
 _FILES = (
     "design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz",
     "log.txt", "report.html",
@@ -175,8 +181,10 @@ class RunFolder:
                 ) from None
             self._fresh = True
         self._sweep()
-        for name in (*_FILES, *_FIGURES, *(p.name for p in self.path.glob("modes-*.npz"))):
+        names = (*_FILES, *_FIGURES, *_PICTURES, *(p.name for p in self.path.glob("modes-*.npz")))
+        for name in names:
             (self.path / name).unlink(missing_ok=True)
+        shutil.rmtree(self.path / "frames", ignore_errors=True)
         replace(file, self._design)
         replace(self.path / "run.json", to_json(self._run))
         self._log.open()
@@ -206,9 +214,11 @@ class RunFolder:
 
     def _sweep(self) -> None:
         """Take away what a run that was killed had begun to write."""
-        for name in (*_FILES, *_FIGURES, "modes-*"):
+        for name in (*_FILES, *_FIGURES, *_PICTURES, "modes-*"):
             for hidden in self.path.glob(f".{name}-*"):
                 hidden.unlink(missing_ok=True)
+        for hidden in self.path.glob("frames/.*.npz-*"):
+            hidden.unlink(missing_ok=True)
         for hidden in self.path.glob(".fields-*"):
             shutil.rmtree(hidden, ignore_errors=True)
 

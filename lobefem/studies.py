@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import Any
@@ -12,12 +13,14 @@ from lobefem.critical import CriticalPressure, critical_pressure
 from lobefem.design import Design
 from lobefem.distortions import Distortion
 from lobefem.errors import InputError, SolveError
+from lobefem.frames import keep_frame
 from lobefem.kink import has_kink, one_sided_charts, one_sided_pressures, slack_critical_pressure
 from lobefem.mesh_study import DIVISIONS, MeshStudy
 from lobefem.mesh_study import mesh_study as study_meshes
-from lobefem.perturbation import Perturbed
+from lobefem.perturbation import Perturbed, Point
 from lobefem.perturbation import perturb as impose
 from lobefem.stability import find_modes
+from lobefem.states import Keepable
 from lobefem.storage import RunFolder, Snapshot
 from lobefem.tasks import KINK, Outcome, Progress, check_state, failure, summary
 from lobefem.tracing import critical_point
@@ -380,7 +383,7 @@ def perturb(
     balloon = design.balloon(design.surface(comm), prestressed=built_in, contact=contact)
     resume, keep = None, None
     if folder is not None:
-        resume, keep = folder.kept(balloon), folder.keep
+        resume, keep = folder.kept(balloon), partial(_keep, folder)
     found: Perturbed | None = None
     try:
         found = impose(
@@ -395,9 +398,13 @@ def perturb(
         last = getattr(error, "state", None)
         if last is not None:
             outcome.snapshots.append(Snapshot(last.balloon, last.pressure, last))
-        results |= failure(error)
+        results |= failure(error) | {"history": _points(error.data.get("points", ()), degrees)}
         return outcome
     results |= _perturbed(found, degrees)
+    rest = None if found.released is None else found.released.state
+    if folder is not None and rest is not None:
+        last = len(found.history) - 1
+        keep_frame(folder.path, last, rest, (*_ends([vars(p) for p in found.history]), last))
     if modes is not None:
         lowest = found.released.lowest if found.released is not None else float(modes.values.real.min())
         results["min_eigenvalue"] = lowest
@@ -408,12 +415,19 @@ def perturb(
     return outcome
 
 
+def _keep(folder: RunFolder, state: Keepable, notes: Mapping[str, Any]) -> None:
+    folder.keep(state, notes)
+    keep_frame(folder.path, notes["point"], state, _ends(notes["history"]))
+
+
+def _ends(history: Sequence[Mapping[str, Any]]) -> tuple[int, ...]:
+    """The number of the ramp's last point, once there is a release."""
+    ramp = sum(point["time"] is None for point in history)
+    return (ramp - 1,) if ramp < len(history) else ()
+
+
 def _perturbed(found: Perturbed, degrees: bool) -> dict[str, Any]:
     """A perturbation as plain data, its parameter in the option's unit."""
-
-    def shown(parameter: float | None) -> float | None:
-        return math.degrees(parameter) if degrees and parameter is not None else parameter
-
     released, end = found.released, found.ramp[-1]
     rest = found.history[-1]
     state = None if released is None else released.state
@@ -428,25 +442,34 @@ def _perturbed(found: Perturbed, degrees: bool) -> dict[str, Any]:
         "reason": "" if released is None else released.reason,
         "min_eigenvalue": None,
         "residual": rest.residual if state is None else state.relative_residual,
-        "first_contact": shown(found.first_contact),
+        "first_contact": _shown(found.first_contact, degrees),
         "smallest_gap": min((p.gap for p in found.history if p.gap is not None), default=None),
         "distance": None if released is None else released.distance,
         "rotation": None if released is None else released.rotation,
         "energy": asdict(rest.ledger) | {"closure": rest.ledger.closure, "error": rest.ledger.error},
-        "history": [
-            {
-                "parameter": shown(p.parameter),
-                "reaction": p.reaction,
-                "volume": p.volume,
-                "mid_hoop_displacement": p.mid_hoop_displacement,
-                "contact_force": p.contact_force,
-                "time": p.time,
-                "residual": p.residual,
-                "ledger": asdict(p.ledger),
-            }
-            for p in found.history
-        ],
+        "history": _points(found.history, degrees),
     }
+
+
+def _points(history: Sequence[Point], degrees: bool) -> list[dict[str, Any]]:
+    """The steps of a perturbation as plain data."""
+    return [
+        {
+            "parameter": _shown(p.parameter, degrees),
+            "reaction": p.reaction,
+            "volume": p.volume,
+            "mid_hoop_displacement": p.mid_hoop_displacement,
+            "contact_force": p.contact_force,
+            "time": p.time,
+            "residual": p.residual,
+            "ledger": asdict(p.ledger),
+        }
+        for p in history
+    ]
+
+
+def _shown(parameter: float | None, degrees: bool) -> float | None:
+    return math.degrees(parameter) if degrees and parameter is not None else parameter
 
 
 def _number(p: float) -> float | None:

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _distribute, _dolfinx, _gmsh, _net, checks
+from lobefem import _distribute, _dolfinx, _gmsh, _net, _whole, checks
+from lobefem._glance import Glance, Glanceable, number
 from lobefem._memory import require_memory
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
@@ -94,8 +95,8 @@ class Cylinder:
         return self.half_height * (2.0 * np.arange(count + 1) - count) / count
 
 
-@dataclass(frozen=True)
-class Surface:
+@dataclass(frozen=True, repr=False)
+class Surface(Glanceable):
     """A meshed film with its parts named.
 
     Args:
@@ -110,6 +111,7 @@ class Surface:
         shape: the exact shape of each lobe.
         num_lobes: number of lobes in the stack.
         copies: how many turned copies of it close the surface: 1, or `cyclic_order` for one sector.
+        grading: of a structured mesh, see `lobed_cylinder`.
     """
 
     mesh: Mesh
@@ -122,6 +124,38 @@ class Surface:
     shape: Lobe | Cylinder
     num_lobes: int
     copies: int = 1
+    grading: float = 0.0
+
+    def to_pyvista(self) -> Any:
+        """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.
+
+        Rank 0 gathers nodes and cells of all ranks: see `lobefem._whole.gather` for what that takes.
+        """
+        whole = _whole.gather(self.mesh, {}, {"lobe": self.lobe_numbers()})
+        return None if whole is None else _whole.to_pyvista(whole)
+
+    def lobe_numbers(self) -> npt.NDArray[np.int32]:
+        """Number of the lobe, from 1, of each of this rank's cells, ghosts included (cells,)."""
+        cells = self.mesh.topology.index_map(2)
+        numbers = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
+        numbers[self.lobes.indices] = self.lobes.values
+        return numbers
+
+    def _glance(self) -> Glance:
+        shape, topology = self.shape, self.mesh.topology
+        what = "lobe" if isinstance(shape, Lobe) else "cylinder"
+        mesh = "unstructured" if self.divisions is None else " x ".join(map(str, self.divisions))
+        cells = f"{topology.index_map(2).size_global} {topology.cell_name()}s"
+        part = f", one of {self.copies} sectors" if self.copies > 1 else ""
+        rows = (
+            ("mesh", f"{mesh}{part}"),
+            ("cells", cells),
+            ("nodes", str(self.mesh.geometry.index_map().size_global)),
+            ("edge radius", number(shape.edge_radius, "m")),
+            ("height", number(self.num_lobes * shape.height, "m")),
+            ("volume as designed", number(self.num_lobes * shape.volume, "m^3")),
+        )
+        return Glance(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", rows)
 
 
 def lobed_cylinder(
@@ -132,6 +166,7 @@ def lobed_cylinder(
     cell: str = "triangle",
     order: int = 1,
     diagonals: str = "same",
+    grading: float = 0.0,
     layout: str = "structured",
     size: float | None = None,
     sector: bool = False,
@@ -147,7 +182,9 @@ def lobed_cylinder(
         cell: 'triangle' or 'quadrilateral'.
         order: degree of the geometry, 1 (flat facets) or 2.
         diagonals: how structured triangles are cut, all the same way ('same') or 'alternating'.
-        layout: 'structured' (exactly cyclic, equal steps of arc length) or 'unstructured'.
+        grading: how much flatter than even structured cells are at the rims of each lobe, where film
+            folds: 0 (even) to 0.95 (a twentieth of the even height there).
+        layout: 'structured' (exactly cyclic) or 'unstructured'.
         size: target edge length [m] of an unstructured mesh.
         sector: mesh one of its equal sectors only, whole on every rank (see `lobefem.cyclic`).
         comm: MPI communicator.
@@ -162,7 +199,7 @@ def lobed_cylinder(
         raise InputError(
             f"shape is {shape!r}; give an Isotensoid, a FormedLobe, or None for the paper's design"
         )
-    return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, layout, size, sector, comm)
+    return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, grading, layout, size, sector, comm)
 
 
 def cylinder(
@@ -173,6 +210,7 @@ def cylinder(
     cell: str = "triangle",
     order: int = 1,
     diagonals: str = "same",
+    grading: float = 0.0,
     layout: str = "structured",
     size: float | None = None,
     sector: bool = False,
@@ -187,6 +225,7 @@ def cylinder(
         cell: as for `lobed_cylinder`, like all that follow.
         order: degree of the geometry.
         diagonals: how structured triangles are cut.
+        grading: how much flatter cells are at the rims.
         layout: 'structured' or 'unstructured'.
         size: target edge length [m] of an unstructured mesh.
         sector: as for `lobed_cylinder`.
@@ -197,7 +236,7 @@ def cylinder(
         SolveError: Gmsh failed (raised on every rank).
     """
     shape = Cylinder(radius, length)
-    return _make(shape, 1, (1, 3), divisions, cell, order, diagonals, layout, size, sector, comm)
+    return _make(shape, 1, (1, 3), divisions, cell, order, diagonals, grading, layout, size, sector, comm)
 
 
 @timed("mesh")
@@ -209,6 +248,7 @@ def _make(
     cell: str,
     order: int,
     diagonals: str,
+    grading: float,
     layout: str,
     size: float | None,
     sector: bool,
@@ -227,6 +267,8 @@ def _make(
     alternating = diagonals == "alternating"
     if alternating and (corners == 4 or layout == "unstructured"):
         raise InputError("diagonals='alternating' needs structured triangles; leave it out")
+    if not 0 <= grading <= 0.95 or (grading and layout == "unstructured"):
+        raise InputError(f"grading = {grading} must lie in [0, 0.95], and a structured mesh takes it only")
 
     counts = sectors = None
     build: Callable[[], _net.Net]
@@ -239,7 +281,7 @@ def _make(
             )
         cut = diagonals if corners == 3 else None
         nodes = lobes * counts[0] * (counts[1] if not sector else 1)
-        build = partial(_structured, shape, lobes, counts, cut, order, sectors if sector else None)
+        build = partial(_structured, shape, lobes, counts, cut, grading, order, sectors if sector else None)
     else:
         if sector:
             raise InputError("an unstructured mesh has no equal sectors; use layout='structured'")
@@ -254,7 +296,7 @@ def _make(
     require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
     net: _net.Net | None
     if counts is not None and comm.size > 1 and order == 1:  # each rank numbers its own rows
-        net = _net.grid(shape, lobes, counts, diagonals if corners == 3 else None, comm.rank, comm.size)
+        net = _net.grid(shape, lobes, counts, cut, grading, comm.rank, comm.size)
     else:
         net = _distribute.on_root(comm, build)
     x = None if net is None else _net.place(shape, lobes, net.t, net.theta)
@@ -279,6 +321,7 @@ def _make(
         shape=shape,
         num_lobes=lobes,
         copies=sectors if sector and sectors is not None else 1,
+        grading=grading,
     )
     surface.axis.flags.writeable = False
     logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), cell, num_nodes)
@@ -290,6 +333,7 @@ def _structured(
     lobes: int,
     divisions: tuple[int, int],
     diagonals: str | None,
+    grading: float,
     order: int,
     sectors: int | None,
 ) -> _net.Net:
@@ -297,7 +341,7 @@ def _structured(
     # of one sector Gmsh meshes a coarse turn, all of whose columns are alike
     columns = around if sectors is None else min(around, 4)
     raw = _gmsh.structured(shape, lobes, (along, columns))
-    net = _net.structured_net(raw, shape, (along, columns), diagonals)
+    net = _net.structured_net(raw, shape, (along, columns), diagonals, grading)
     if sectors is not None:
         net = _net.sector_of(net, columns, around // sectors, sectors)
     return net if order == 1 else _net.with_midpoints(net)
@@ -319,7 +363,7 @@ def coarser(surface: Surface) -> Surface | None:
 
     Every node of it is a node of the finer one.
     """
-    if surface.divisions is None or surface.copies != 1:
+    if surface.divisions is None or surface.copies != 1 or surface.grading:
         return None
     along, around = (count // 2 for count in surface.divisions)
     even = surface.divisions == (2 * along, 2 * around)
@@ -338,7 +382,7 @@ def _alike(surface: Surface, divisions: tuple[int, int], sector: bool = False) -
     order = 1 if _dolfinx.geometry_dofmap(surface.mesh).shape[1] == {"triangle": 3}.get(cell, 4) else 2
     return _make(
         surface.shape, surface.num_lobes, (1, 3), divisions, cell, order, _diagonals(surface),
-        "structured", None, sector, surface.mesh.comm,
+        surface.grading, "structured", None, sector, surface.mesh.comm,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import lobefem
+from lobefem.branches import follow
 from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
@@ -211,7 +212,25 @@ def modes(
         if folder is not None:
             folder.keep_modes(number, held, found.modes, entry)
         outcome.snapshots.append(Snapshot(balloon, pressure, held, found.modes))
+    branches = _branches(outcome.snapshots, mass)
+    if branches:
+        results["branches"] = branches
     return outcome
+
+
+def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
+    """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
+    from lobefem.stability import Modes
+
+    sweep = {
+        s.pressure: Modes(s.state, mass, True, 0.0, None, s.modes) for s in snapshots if s.state is not None
+    }
+    if len(sweep) < 2:
+        return []
+    return [
+        vars(b) | {"pressures": b.pressures.tolist(), "values": b.values.tolist()}
+        for b in follow(list(sweep.values()))
+    ]
 
 
 def check_state(state: str, design: Design) -> None:

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 
 from lobefem import _petsc
+from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.branches import Branch, follow, unclear
 from lobefem.equilibrium import Equilibrium, Progress, ideal_state, inflate
@@ -40,8 +41,8 @@ _JUMP = 4.0
 _LIMIT_POINT = 1e-2
 
 
-@dataclass(frozen=True)
-class Trace:
+@dataclass(frozen=True, repr=False)
+class Trace(Glanceable):
     """Modes along a path.
 
     Attributes:
@@ -54,6 +55,20 @@ class Trace:
     modes: tuple[Modes, ...] = field(repr=False)
     branches: tuple[Branch, ...]
 
+    def _glance(self) -> Glance:
+        rows = tuple(
+            (
+                b.name,
+                f"{b.pressures[0]:.6g} to {b.pressures[-1]:.6g}",
+                f"{b.values[0]:.5g} to {b.values[-1]:.5g}",
+            )
+            for b in self.branches
+        )
+        first = next((m.state.pressure for m in self.modes if not m.stable), None)
+        verdict = "stable all along" if first is None else f"unstable at {first:g} Pa"
+        title = f"{self.state} state at {len(self.modes)} pressures, {verdict}"
+        return Glance(title, rows, ("branch", "pressures [Pa]", "eigenvalues"))
+
     @property
     def states(self) -> tuple[Equilibrium, ...]:
         """The state at each pressure."""
@@ -65,8 +80,8 @@ class Trace:
         return np.array([state.pressure for state in self.states])
 
 
-@dataclass(frozen=True)
-class CriticalPoint:
+@dataclass(frozen=True, repr=False)
+class CriticalPoint(Glanceable):
     """The first loss of stability along a path.
 
     Attributes:
@@ -90,6 +105,17 @@ class CriticalPoint:
     bracket: tuple[float, float]
     visited: tuple[tuple[float, float], ...]
     divisions: tuple[int, int] | None
+
+    def _glance(self) -> Glance:
+        rows = [("pressures visited", str(len(self.visited)))]
+        if self.mode is not None:
+            rows.insert(0, ("mode", f"{self.mode.kind}, n = {self.mode.harmonic}"))
+            rows.insert(1, ("point", f"{self.point}, load's share {self.projection:.1e}"))
+        if self.divisions is not None:
+            rows.append(("mesh", "{} x {} divisions".format(*self.divisions)))
+        if self.mode is None:
+            return Glance(f"stable up to {self.state.pressure:g} Pa", tuple(rows))
+        return Glance(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
 
 
 def trace(

@@ -44,7 +44,7 @@
     const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
     return new Kind(bytes.buffer);
   }
-  const HOME = { up: { x: 0, y: 0, z: 1 }, center: { x: 0, y: 0, z: 0 }, eye: { x: 0.45, y: -1.2, z: 0.45 } };
+  const HOME = { up: { x: 0, y: 0, z: 1 }, center: { x: 0, y: 0, z: 0 }, eye: { x: 0.5, y: -1.35, z: 0.5 } };
   const view = document.getElementById("view");
   const choice = document.getElementById("view-choice");
   const slider = document.getElementById("view-scale");
@@ -60,7 +60,8 @@
       scene.drawn = scene.lines.map((line) => unpack(line, Uint32Array));
       let group = null;
       for (const one of scene.views) {
-        const label = data.scenes.length > 1 ? scene.name + ", " + one.group : one.group;
+        const label = data.scenes.length > 1 ? scene.name + ", " + one.group
+          : one.group[0].toUpperCase() + one.group.slice(1);
         if (group === null || group.label !== label) {
           group = document.createElement("optgroup");
           group.label = label;

@@ -13,11 +13,12 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path
 
+import typer
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from mpi4py import MPI
 
-from lobefem import cli, options
+from lobefem import cli
 from lobefem.design import Design
 
 MESHES = sorted((Path(__file__).parents[2] / "meshes").glob("*.toml"))
@@ -61,8 +62,9 @@ TEXTS = st.one_of(
 TOML = st.one_of(
     st.sampled_from(
         [
-            *NUMBERS, "true", "false", "[]", "[[]]", "{}", "{a = 1}", "[nan]", "[4, 6]", "[4, 6.0]", "[-4, 6]",
-            "[1000000, 1000000]", "1979-05-27", "07:32:00", "1979-05-27T07:32:00Z", "'''a\nb'''", '"\\u0000"',
+            *NUMBERS, "true", "false", "[]", "[[]]", "{}", "{a = 1}", "[nan]", "[4, 6]", "[4, 6.0]",
+            "[-4, 6]", "[1000000, 1000000]", "1979-05-27",
+            "07:32:00", "1979-05-27T07:32:00Z", "'''a\nb'''", '"\\u0000"',
             '"\\u001b[31m"', "[" * 3000, "", "#", "=", "'",
         ]
     ),
@@ -110,7 +112,9 @@ def mutated(draw):
         elif change == "key" and equals:
             lines[at] = f"{draw(st.sampled_from(KEYS))[1]} ={lines[at].partition('=')[2]}"
         elif change == "insert":
-            lines.insert(at, draw(st.sampled_from(["[shape]", "[film]", "[", "\x00", "a", "\ufeff", "\u2028"])))
+            lines.insert(
+                at, draw(st.sampled_from(["[shape]", "[film]", "[", "\x00", "a", "\ufeff", "\u2028"]))
+            )
     data = bytearray("\n".join(lines).encode(errors="surrogatepass"))
     for _ in range(draw(st.sampled_from([0, 0, 0, 1, 2, 8]))):
         if data:
@@ -156,18 +160,23 @@ PLAIN = {  # sound values, all of them of little work
     "--out": ["OUT/new"],
     "--json": ["OUT/x.json"],
 }
+TAKEN = {  # by each command
+    name: {spelling for option in command.params for spelling in option.opts}
+    for name, command in typer.main.get_command(cli.app).commands.items()
+}
 FLAGS = [
     "--prestress", "--no-prestress", "--mesh-study", "--release", "--no-contact", "--profile", "--overwrite",
     "--resume",
 ]  # fmt: skip
 WILD = {  # by option, what it should refuse besides any text at all
     "--petsc": [
-        "-lobefem_inflate_snes_type foo", "-lobefem_inflate_snes_max_it x", "-options_file none", "'", "-", "foo",
+        "-lobefem_inflate_snes_type foo", "-lobefem_inflate_snes_max_it x", "-options_file none", "'", "-",
+        "foo",
         "-lobefem_inflate_snes_max_it 0", "-lobefem_inflate_pc_type none", "-lobefem_inflate_ksp_type foo",
         "-lobefem_modes_eps_nev -3", "-lobefem_inflate_snes_linesearch_type foo",
     ],
-    "--out": ["", "OUT", "OUT/full", "OUT/file", "OUT/file/x", "/dev/null", "/dev/null/x", "/proc/1/x", "\udcff",
-              "OUT/" + "n" * 300, "OUT/a\nb", "OUT/\x1b[31m"],
+    "--out": ["", "OUT", "OUT/full", "OUT/file", "OUT/file/x", "/dev/null", "/dev/null/x", "/proc/1/x",
+              "\udcff", "OUT/" + "n" * 300, "OUT/a\nb", "OUT/\x1b[31m"],
     "--json": ["", "OUT", "OUT/none/x", "/dev/full", "/dev/null/x", "OUT/" + "n" * 300, "OUT/\udcff.json"],
     "--harmonics": ["0:999999", "5:2", "1:2:3", ",", "7"],
     "--meshes": ["999999x999999", "4x14", "4x14,4x14,4x14", "1x1,2x2,3x3", "x,x,x"],
@@ -183,19 +192,24 @@ WILD = {  # by option, what it should refuse besides any text at all
 def command_lines(draw):
     """A command with options of which most make sense; OUT stands for a folder of its own."""
     command = draw(st.sampled_from([*COMMANDS, *COMMANDS, "report", "", "--version", "-h"]))
-    line = [command, draw(st.sampled_from([SINGLE] * 12 + ["OUT", "none.toml", "", "/dev/zero", "/dev/null"]))]
+    line = [
+        command,
+        draw(st.sampled_from([SINGLE] * 12 + ["OUT", "none.toml", "", "/dev/zero", "/dev/null"])),
+    ]
     if draw(st.integers(0, 9)):
         line += ["--divisions", "4x6"]
     if command == "perturb" and draw(st.integers(0, 4)):
         line += ["--film", "tension-field", "--pressure", "5", "--steps", "2"]
         line += draw(st.sampled_from([["--bend", "2"], ["--tip-displacement", "0.05"]]))
-    taken = [name for name in PLAIN if _takes(command, name)] or list(PLAIN)
+    taken = [name for name in PLAIN if name in TAKEN.get(command, ())] or list(PLAIN)
     for _ in range(draw(st.integers(0, 4))):
         kind = draw(st.sampled_from(["plain", "plain", "plain", "flag", "wild", "wild", "text", "other"]))
         if kind == "flag":
             line.append(draw(st.sampled_from(FLAGS)))
         elif kind == "other":
-            line.append(draw(st.one_of(st.sampled_from(["--", "-", "-x", "--presure", "x", "\udcff"]), TEXTS)))
+            line.append(
+                draw(st.one_of(st.sampled_from(["--", "-", "-x", "--presure", "x", "\udcff"]), TEXTS))
+            )
         else:
             name = draw(st.sampled_from(taken))
             line.append(name)
@@ -206,11 +220,6 @@ def command_lines(draw):
             elif name not in ("--out", "--json", "--steps"):
                 line.append(draw(TEXTS))
     return [word.replace("\x00", "") for word in line]  # what no process can be given
-
-
-def _takes(command, option):
-    function = getattr(cli, command, None)
-    return function is not None and option[2:].replace("-", "_") in getattr(function, "__annotations__", {})
 
 
 # --- the judge ----------------------------------------------------------------------------------
@@ -224,13 +233,14 @@ def _captured(number, name):
     kept = os.dup(number)
     with tempfile.TemporaryFile() as file:
         os.dup2(file.fileno(), number)
-        text = io.TextIOWrapper(open(number, "wb", closefd=False), encoding="utf-8",
-                                errors="strict" if number == 1 else "backslashreplace", write_through=True)  # fmt: skip
+        errors = "strict" if number == 1 else "backslashreplace"
+        text = io.TextIOWrapper(os.fdopen(number, "wb", closefd=False), encoding="utf-8", errors=errors)
         setattr(sys, name, text)
         found = []
         try:
             yield found
         finally:
+            text.flush()
             setattr(sys, name, stream)
             os.dup2(kept, number)
             os.close(kept)
@@ -255,7 +265,9 @@ def fault_of_sentence(text):
         return "holds control characters"
     if len(text) > 700:
         return "is too long"
-    return "says 'internal error' or shows a traceback" if "internal error" in text or "Traceback" in text else ""
+    if "internal error" in text or "Traceback" in text:
+        return "says 'internal error' or shows a traceback"
+    return ""
 
 
 def fault(code, out, err):
@@ -264,7 +276,9 @@ def fault(code, out, err):
         return "" if "Traceback" not in err and "rror:" not in err else "ended well with an error on stderr"
     if code not in (2, 3):
         return f"exit code {code}"
-    words = "".join(line + "\n" for line in err.split("\n") if line and not line.startswith("lobefem: warning: "))
+    words = "".join(
+        line + "\n" for line in err.split("\n") if line and not line.startswith("lobefem: warning: ")
+    )
     wrong = fault_of_sentence(words)
     if wrong:
         return f"the sentence {wrong}"
@@ -307,6 +321,3 @@ def fault_of_results(results):
 
 def _finite(number):
     return number is not None and math.isfinite(number)
-
-
-assert options.KEYS  # the names of the options are those of the command line

@@ -1,13 +1,11 @@
 """Files to go on from are data: a damaged one is refused, and nothing in any is executed."""
 
 import io
-import json
-import os
 import pickle
 
 import numpy as np
 import pytest
-from broken import EXAMPLES, cases, fault_of_sentence, run, SINGLE
+from broken import SINGLE, cases, fault_of_sentence, run
 from hypothesis import given
 from hypothesis import strategies as st
 from mpi4py import MPI
@@ -83,7 +81,9 @@ def test_a_damaged_state_is_refused_or_the_same(balloon, kept, data):
         elif kind == "lacking":
             del arrays[name]
         else:
-            arrays[data.draw(st.sampled_from(["../../outside", "/outside", "field:x", "x"]))] = np.zeros((30, 3))
+            arrays[data.draw(st.sampled_from(["../../outside", "/outside", "field:x", "x"]))] = np.zeros(
+                (30, 3)
+            )
         stream = io.BytesIO()
         np.savez(stream, allow_pickle=True, **arrays)
         damaged = stream.getvalue()
@@ -112,8 +112,9 @@ def _npy():
 def test_a_run_with_damaged_files_is_refused_in_one_sentence(shared_path, comm):
     """Each file that --resume reads, cut off, empty, or of other contents."""
     folder = shared_path / "run"
-    arguments = ["perturb", SINGLE, "--divisions", "4x6", "--film", "tension-field", "--pressure", "5", "--bend", "2",
-                 "--steps", "2", "--no-contact", "--json", shared_path / "x.json", "--out", folder]  # fmt: skip
+    arguments = ["perturb", SINGLE, "--divisions", "4x6", "--film", "tension-field", "--pressure", "5",
+                 "--bend", "2", "--steps", "2", "--no-contact", "--json", shared_path / "x.json",
+                 "--out", folder]  # fmt: skip
     assert run(arguments)[0] == 0
     for name in ("design.toml", "run.json", "checkpoint.npz"):
         content = (folder / name).read_bytes() if comm.rank == 0 else None

@@ -37,7 +37,7 @@ def tube(comm, change=lambda cells: cells, twin=False):
     if twin:
         cells = np.concatenate([cells, cells + len(points)])
         rims = [np.concatenate([rim, rim + len(points)]) for rim in rims]
-        points = np.concatenate([points, points + [5.0, 0.0, 0.0]])
+        points = np.concatenate([points, points + np.array([5.0, 0.0, 0.0])])
     cells = change(cells)
     whole = (points, cells) if comm.rank == 0 else (None, None)
     mesh = _distribute.distribute_mesh(comm, "triangle", 1, *whole)
@@ -115,7 +115,8 @@ def test_a_film_that_nothing_holds_takes_the_same_shape_as_one_just_held(comm):
         Held(near(0.5, np.sqrt(3) / 2), components=(2,)),
     ]
     states = [
-        inflate(Balloon(surface, Isotropic(E=1e7), [GasPressure("film"), *parts]), 10.0) for parts in ([], held)
+        inflate(Balloon(surface, Isotropic(E=1e7), [GasPressure("film"), *parts]), 10.0)
+        for parts in ([], held)
     ]
     assert states[0].strain_energy == pytest.approx(states[1].strain_energy, rel=1e-8)
     assert states[0].volume == pytest.approx(states[1].volume, rel=1e-8)

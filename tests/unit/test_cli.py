@@ -165,6 +165,16 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
         (("inflate", SINGLE, "--json", "none/x.json"), "none' cannot be written to; give another"),
         (("inflate", SINGLE, "--out", SINGLE), "is a file, not a folder; give another --out"),
         (("inflate", SINGLE, "--out", MESHES), "is not empty; give another --out, or --overwrite"),
+        (("inflate", SINGLE, "--lobes", "2000"), "the number of lobes is 2000; give 1000 or less"),
+        (("inflate", SINGLE, "--lobes", "9" * 5000), "is impossible; give an integer, 1 or more"),
+        (("inflate", SINGLE, "--divisions", "9999x5000"), "a mesh of 5e+07 nodes needs about 500 GB"),
+        (("inflate", SINGLE, "--divisions", f"4x{'9' * 5000}"), "is no mesh division"),
+        (("modes", SINGLE, "--count", "9" * 5000), "is impossible; give an integer, 1 or more"),
+        (("inflate", SINGLE, *COARSE, "--petsc", "-lobefem_inflate_snes_type foo"),
+         "--petsc: PETSc refuses '-lobefem_inflate_snes_type foo' (Unable to find requested SNES type foo)"),
+        (("inflate", "/dev/zero"), "/dev/zero is no TOML (more than 50000 bytes)"),
+        (("inflate", SINGLE, *COARSE, "--json", "/dev/full"), "'/dev/full': No space left on device"),
+        (("inflate", "a\nb\x1b.toml"), "there is no design file 'a\\nb\\x1b.toml'"),
         (("critical", SINGLE, "--harmonic", "-1"), "--harmonic: '-1' is impossible; give an int"),
         (("modes", SINGLE, "--harmonics", "2:"),
          "--harmonics: '2:' is impossible; give integers such as 3, 0:8 or 2,5,7"),
@@ -266,9 +276,20 @@ def test_modes_before_a_failure_are_kept(capfd, monkeypatch, comm):
     assert results["reason"] == "SolveError"
 
 
+def test_standard_streams_may_be_closed(monkeypatch):
+    monkeypatch.setattr("sys.stdout", None)
+    monkeypatch.setattr("sys.stderr", None)
+    assert cli.main(["inflate", SINGLE, *COARSE]) == 0
+    assert cli.main(["inflate", "none.toml"]) == 2
+    sys.stdout.close()
+    sys.stderr.close()
+
+
 @pytest.mark.parametrize(
     ("raised", "code", "message"),
     [
+        (MemoryError(), 3, "lobefem: out of memory; try a coarser mesh, or more ranks on more machines\n"),
+        (OSError(5, "Input/output error", "x"), 2, "lobefem: the system refuses: Input/output error (x)\n"),
         (
             KeyboardInterrupt(),
             130,

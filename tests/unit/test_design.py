@@ -180,6 +180,8 @@ def test_overrides_as_text_from_the_command_line():
         ("[film]\nslack_stiffness = 1.0", "film.slack_stiffness: 1.0 must be in [0, 1)"),
         ("[film]\nhoop_slack = -1e-3", "film.hoop_slack: -0.001 must be in [0, 1)"),
         ("[shape]\nlobes = 0", "shape.lobes: 0 is impossible; give an integer, 1 or more"),
+        ("[shape]\nlobes = " + "0x" + "f" * 5000, "shape.lobes: int of that size is impossible"),
+        ("[film]\nE" + ".a" * 1500 + " = 1", "film.E: dict of that size is not a stress"),
         ("[shape]\nlobes = 2.5", "shape.lobes: 2.5 is impossible; give an integer, 1 or more"),
         ("[shape]\ntruncation = 0.7", "shape.truncation: 0.7 must be in (0, 0.599]"),
         ("[shape]\nR0 = 3.8\nedge_radius = 2",
@@ -243,12 +245,15 @@ def test_refused_overrides_are_called_by_their_options(changes, message):
 def test_files_that_cannot_be_read(shared_path, comm):
     wrong = shared_path / "wrong.toml"
     binary = shared_path / "binary.toml"
+    huge = shared_path / "huge.toml"
     if comm.rank == 0:
         wrong.write_text("[film\n")
+        huge.write_text(f"shape.lobes = {'9' * 5000}\n")  # more digits than Python reads
         binary.write_bytes(b"\xff\xfe\x00")
     for path, message in (
         (shared_path / "none.toml", "there is no design file '.*none.toml'; see meshes/"),
         (shared_path, "cannot read '.*' \\(Is a directory\\); give a TOML design file"),
+        (huge, "huge.toml is no TOML \\(not such a text\\)"),
         (wrong, "wrong.toml is no TOML \\(.*line 1.*\\); see meshes/"),
         (binary, "binary.toml is no TOML \\(not such a text\\)"),
     ):

@@ -1,17 +1,11 @@
 """Perturbations from the pressurised balloon to its rest, and runs that were stopped."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from mpi4py import MPI
+from PIL import Image
 
 from lobefem import cli
 from lobefem.balloon import Balloon
@@ -20,8 +14,10 @@ from lobefem.contact import SelfContact
 from lobefem.distortions import Bend, Tip
 from lobefem.errors import InputError
 from lobefem.films import TensionField
+from lobefem.frames import load_frames
 from lobefem.loads import GasPressure
 from lobefem.perturbation import perturb
+from lobefem.pictures import save_picture
 from lobefem.plates import EndPlates
 from lobefem.states import load_state, save_state
 from lobefem.surface import lobed_cylinder
@@ -31,10 +27,6 @@ STACK = [
     "perturb", str(MESHES / "stack4.toml"), "--film", "tension-field", "--pressure", "5",
     "--divisions", "6x8", "--lobes", "2", "--load", "closed",
 ]  # fmt: skip
-
-alone = pytest.mark.skipif(
-    MPI.COMM_WORLD.size > 1, reason="starts processes, which ranks of an MPI run must not"
-)
 
 
 def stack(load="closed", support="pinned", contact=False, lobes=2, divisions=(6, 8)):
@@ -126,6 +118,14 @@ def test_the_command(capfd, shared_path, comm):
     if comm.rank == 0:
         assert (folder / "history.png").stat().st_size > 20_000
         assert (folder / "checkpoint.npz").exists()
+        save_picture(folder, "release", folder / "release.gif", width=40)
+        kept = load_frames(folder)
+        assert {0, len(ramp) - 1, len(results["history"]) - 1} <= set(kept.points)
+        sizes = [np.linalg.norm(u, axis=1).max() for u in kept.displacements]
+        assert int(np.argmax(sizes)) == kept.points.index(len(ramp) - 1)
+        assert sizes[-1] < 1e-3 * max(sizes)
+        with Image.open(folder / "release.gif") as image:
+            assert image.n_frames >= len(kept.points)
     # a run that is complete goes on to the same end at once
     code = cli.main(
         [*STACK, "--bend", "4", "--steps", "6", "--release", "--out", str(folder), "--resume", "--json", "-"]
@@ -155,54 +155,3 @@ def test_bad_input_gets_one_sentence(capfd, comm, arguments, message):
     words = comm.bcast(capfd.readouterr().err, root=0)
     assert message in words
     assert words.count("\n") == 1
-
-
-@alone
-def test_a_run_killed_at_random_times_goes_on_and_ends_alike(tmp_path):
-    """kill -9 at twenty random times; each run goes on from its last accepted step.
-
-    Two chains of runs side by side, each killed ten times.
-    """
-    root = Path(__file__).parents[2]
-    environment = os.environ | {"PYTHONPATH": str(root), "OMP_NUM_THREADS": "1"}
-    study = [*STACK, "--divisions", "4x6", "--bend", "2", "--steps", "2", "--release", "--no-contact"]
-
-    def start(folder):
-        command = [sys.executable, "-m", "lobefem.cli", *study, "--out", str(folder)]
-        command += ["--resume"] if (folder / "design.toml").exists() else []
-        return subprocess.Popen(
-            command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-
-    begin = time.monotonic()
-    assert start(tmp_path / "whole").wait(300) == 0
-    duration = time.monotonic() - begin
-    whole = json.loads((tmp_path / "whole" / "results.json").read_text())
-
-    def chain(name, seed):
-        """Kill runs ten times; each that gets through makes way for a new one. The folders of all."""
-        rng = np.random.default_rng(seed)
-        folders = [tmp_path / name]
-        kills = 0
-        while kills < 10:
-            run = start(folders[-1])
-            try:
-                run.wait(rng.uniform(0.4, 1.0) * duration)
-            except subprocess.TimeoutExpired:
-                run.send_signal(signal.SIGKILL)
-                run.wait()
-                kills += 1
-            else:
-                assert run.returncode == 0
-                folders.append(tmp_path / f"{name}-{kills}")
-        assert start(folders[-1]).wait(300) == 0
-        return folders
-
-    with ThreadPoolExecutor(2) as pool:
-        folders = [f for found in pool.map(chain, ("one", "two"), (1, 2)) for f in found]
-    expected = np.load(tmp_path / "whole" / "state.npz")["displacement"]
-    for folder in folders:
-        results = json.loads((folder / "results.json").read_text())
-        assert results["outcome"] == whole["outcome"]
-        assert results["volume_final"] == pytest.approx(whole["volume_final"], rel=1e-9)
-        assert np.abs(np.load(folder / "state.npz")["displacement"] - expected).max() < 1e-6

@@ -97,6 +97,20 @@ def test_mumps_options_reach_a_solver_without_operators(comm, prefix):
         ksp.setOperators(matrix(comm, 2 * np.eye(5)))
 
 
+def test_python_is_asked_before_each_solve_so_that_it_sees_ctrl_c(comm, monkeypatch):
+    asked = []
+    monkeypatch.setattr(_petsc, "_look", lambda ksp, b, x: asked.append(1))
+    ksp = PETSc.KSP().create(comm)
+    ksp.setOptionsPrefix("lobefem_test_")
+    ksp.setOperators(matrix(comm, np.eye(4)))
+    _petsc.set_direct_solver(ksp, True)
+    b, x = ksp.getOperators()[0].createVecs()
+    for _ in range(3):
+        ksp.solve(b, x)
+    assert len(asked) == 3
+    ksp.destroy()
+
+
 def test_compression_is_of_one_solver_alone(comm, prefix):
     """Solvers of one prefix come and go, large systems' and small ones'; what the user says holds for all."""
     PETSc.Options(prefix)["mat_mumps_cntl_7"] = 1e-6

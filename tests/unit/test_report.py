@@ -22,7 +22,7 @@ from lobefem.report_shapes import regions
 from lobefem.runs import Step
 
 ROOT = Path(__file__).parents[2]
-SINGLE = str(ROOT / "meshes/single.toml")
+SINGLE, CYLINDER = (str(ROOT / "meshes" / name) for name in ("single.toml", "cylinder.toml"))
 EVIL = "<script>alert(1)</script>"
 
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="rank 0 alone writes a report")
@@ -190,6 +190,21 @@ def test_taut_wrinkled_and_slack():
     assert regions(Step(5.0, {}, {"stress_resultants": stress})).tolist() == [2, 1, 1, 0, 1]
     shares = np.array([[0.2, 0.7, 0.1], [0.0, 0.0, 1.0]])
     assert regions(Step(5.0, {}, {"regions": shares})).tolist() == [1, 0]
+
+
+def test_the_map_has_the_areas_that_the_film_says(shared_path):
+    """Told by the stored stresses and by the stored shares; in results.json by the law's test of strains."""
+    given = ["--divisions", "6x10", "--film", "tension-field", "--pressure", "5", "--out", str(shared_path)]
+    assert cli.main(["inflate", CYLINDER, *given]) == 0
+    MPI.COMM_WORLD.Barrier()
+    run = runs.load_run(shared_path)
+    x = run.x[run.triangles]
+    area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1) / 2
+    told = [run.results[f"{name}_area"] for name in ("slack", "wrinkled", "taut")]
+    assert min(told[1:]) > 5
+    for field in ("stress_resultants", "regions"):
+        kinds = regions(Step(5.0, {}, {field: run.steps[0].cells[field]}))
+        assert np.bincount(kinds[run.owners], area, minlength=3) == pytest.approx(told, rel=1e-12)
 
 
 # --- in a browser -------------------------------------------------------------------------------

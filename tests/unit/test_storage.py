@@ -103,6 +103,7 @@ def test_paraview_reads_every_kind_of_mesh(comm, shared_path, cell, order, vtk_t
         assert N[:, 0].min() > 0.99 * low
         assert N[:, 0].max() < 1.01 * low * balloon.surface.shape.R0 / 2.0
         assert np.abs(N[:, 1:]).max() < 1e-9 * low
+        np.testing.assert_allclose(arrays["regions"], np.tile([0, 1, 0], (count, 1)))  # all wrinkled
         phi = arrays["mode_1"] + 1j * arrays.get("mode_1_imag", 0)
         assert np.sqrt((np.abs(phi) ** 2).sum(axis=1)).max() == pytest.approx(1.0, rel=1e-12)
 

@@ -17,7 +17,7 @@ from lobefem import _gmsh, _net
 from lobefem._dolfinx import entity_nodes, geometry_dofmap
 from lobefem.errors import InputError, MissingDependencyError, SolveError
 from lobefem.isotensoid import Isotensoid
-from lobefem.surface import Cylinder, cylinder, lobed_cylinder
+from lobefem.surface import Cylinder, cylinder, lobed_cylinder, sector_of
 
 KINDS = [
     pytest.param(dict(cell=cell, order=order, **layout), id=f"{name}-{cell}-{order}")
@@ -443,7 +443,7 @@ def test_a_mesh_that_gmsh_got_wrong_is_refused():
         _net.structured_net(changed(points=1.01 * raw.points), shape, (3, 8), "same")
 
     # what several ranks number by themselves, some of them without a row, is the same
-    shares = [_net.grid(shape, 2, (3, 8), "same", k, 7) for k in range(7)]
+    shares = [_net.grid(shape, 2, (3, 8), "same", 0.0, k, 7) for k in range(7)]
     for name in ("t", "theta", "cells"):
         np.testing.assert_array_equal(np.concatenate([getattr(s, name) for s in shares]), getattr(net, name))
 
@@ -544,3 +544,25 @@ def test_a_surface_cannot_be_changed(comm):
         surface.groups["lobe_1"] = (2, 7)
     with pytest.raises(ValueError, match="read-only"):
         surface.axis[0] = 1.0
+
+
+def test_graded_rows_lie_on_the_lobes_and_are_flat_at_their_rims():
+    shape, g, M = Isotensoid.from_edge_radius(), 0.9, 6
+    surface = lobed_cylinder(2, (M, 5), shape=shape, grading=g, comm=MPI.COMM_SELF)
+    x = np.linspace(-1, 1, M + 1)
+    s = shape.arc_length / 2 * ((1 - g) * x + g * np.sin(np.pi / 2 * x))
+    z = np.concatenate([shape.z(s), shape.z(s[1:]) + shape.height])
+    nodes = surface.mesh.geometry.x
+    found = np.unique(nodes[:, 2].round(9))
+    np.testing.assert_allclose(found - found[0], z - z[0], atol=1e-8)
+    for height, radius in zip(found, [*shape.radius(s), *shape.radius(s[1:])], strict=True):
+        ring = nodes[np.abs(nodes[:, 2] - height) < 1e-8]
+        np.testing.assert_allclose(np.hypot(ring[:, 0], ring[:, 1]), radius, rtol=1e-12)
+    # a sector is graded alike
+    sector = sector_of(surface)
+    assert sector.grading == g
+    np.testing.assert_array_equal(np.unique(sector.mesh.geometry.x[:, 2].round(9)), found)
+    with pytest.raises(InputError, match=r"grading = 1.5 must lie"):
+        lobed_cylinder(1, (4, 5), grading=1.5)
+    with pytest.raises(InputError, match="structured"):
+        lobed_cylinder(1, layout="unstructured", size=0.7, grading=0.5)

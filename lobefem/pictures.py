@@ -1,0 +1,496 @@
+"""Pictures of what a run folder holds: shapes, modes, stress, curves, and motion as GIF or MP4.
+
+Only the folder is read: nothing is solved, and DOLFINx is not needed but for charts of harmonics and meshes.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib import animation
+from matplotlib.figure import Figure
+
+from lobefem import charts, plotting
+from lobefem._files import replacing
+from lobefem._skin import Skin, facing, skin
+from lobefem._style import UNITS
+from lobefem.branches import Branch
+from lobefem.errors import InputError
+from lobefem.frames import Frames, load_frames
+from lobefem.runs import Run, Step, load_run
+from lobefem.shapes import Panel, Scale, blank, paint, window
+
+__all__ = ["FORMATS", "WHATS", "Picture", "held", "picture", "save_picture"]
+
+Array = npt.NDArray[np.float64]
+WHATS = ("modes", "stress", "state", "curves", "release")
+FORMATS = ("png", "svg", "gif", "mp4")
+_SWING = 24  # frames of a period
+_RATE = 15  # frames a second
+_STRIP = 6  # shapes of a motion on paper
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What there is to see.
+
+    Attributes:
+        figure: makes it, for PNG and SVG.
+        frames: each paints one frame of its motion on a figure, for GIF and MP4; none where it has no motion.
+    """
+
+    figure: Callable[[], Figure]
+    frames: tuple[Callable[[Figure], None], ...] = ()
+
+
+def save_picture(
+    folder: str | Path,
+    what: str,
+    path: str | Path | None = None,
+    format: str | None = None,  # noqa: A002  Matplotlib's name
+    *,
+    pressure: float | None = None,
+    modes: Sequence[int] | None = None,
+    width: float = 85.0,
+) -> Path:
+    """Draw what a run folder holds; the picture appears complete or not at all. Needs no communication.
+
+    Args:
+        folder: of a run.
+        what: "modes", "stress", "state", "curves" or "release".
+        path: of the picture, by default what.FORMAT in the folder.
+        format: "png", "svg", "gif" or "mp4"; by default the path's suffix, or png.
+        pressure: which of a run's pressures [Pa], by default the last one.
+        modes: which, from 1; by default all, but one of each pair.
+        width: of the picture [mm]: 85 for one column, 170 for two.
+
+    Returns:
+        the picture's path.
+
+    Raises:
+        InputError: something that the folder does not hold, a format that it cannot have, or a place that
+            cannot be written to.
+    """
+    run = load_run(folder)
+    suffix = (format or (Path(path).suffix[1:] if path is not None else "png")).lower()
+    if suffix not in FORMATS:
+        raise InputError(f"format '{suffix}' is unknown; use {', '.join(FORMATS)}")
+    path = Path(path) if path is not None else run.path / f"{what}.{suffix}"
+    if not (math.isfinite(width) and 20 <= width <= 1000):
+        raise InputError(f"width = {width} mm is no width of a picture; give 85, or 170 for two columns")
+    try:
+        drawn = picture(run, what, pressure=pressure, modes=modes, width=width)
+        if suffix not in ("png", "svg") and not drawn.frames:
+            raise InputError(f"{what} of '{folder}' has no motion; use png or svg")
+        with _fitting(run):
+            if suffix in ("png", "svg"):
+                with replacing(path) as stream:
+                    drawn.figure().savefig(stream, format=suffix)
+            else:
+                _animate(drawn.frames, path, suffix)
+    except OSError as error:
+        raise InputError(f"'{path}': {error.strerror or error}; give another place") from None
+    return path
+
+
+def picture(
+    run: Run,
+    what: str,
+    *,
+    pressure: float | None = None,
+    modes: Sequence[int] | None = None,
+    width: float = 85.0,
+) -> Picture:
+    """What `save_picture` saves. The arguments are its own.
+
+    Raises:
+        InputError: something that the run does not hold.
+    """
+    if what not in WHATS:
+        raise InputError(f"'{what}' is unknown; use {', '.join(WHATS)}")
+    holds = held(run)
+    if what not in holds:
+        if run.faults:
+            raise InputError(f"'{run.path}' holds no {what}: {run.faults[0]}")
+        instead = f"it holds {', '.join(holds)}" if holds else "nor anything else to draw"
+        raise InputError(f"'{run.path}' holds no {what}; {instead}")
+    with _fitting(run):
+        if what == "curves":
+            return Picture(lambda: _curves(run, width))
+        if what == "release":
+            return _release(run, width)
+        step = _step(run, pressure)
+        if what == "modes":
+            return _modes(run, step, modes, width)
+        draw = _stress if what == "stress" else _state
+        return draw(run, step, pressure, width)
+
+
+@contextmanager
+def _fitting(run: Run) -> Iterator[None]:
+    """A folder's files are anyone's: what they lack or hold too much of is bad input."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (AttributeError, KeyError, TypeError, ValueError, IndexError) as error:
+        raise InputError(
+            f"the files in '{run.path}' do not fit each other ({type(error).__name__}: {error}); run it again"
+        ) from None
+
+
+def held(run: Run) -> tuple[str, ...]:
+    """Which of `WHATS` a run holds."""
+    results = run.results
+    found = {
+        "modes": any(step.num_modes for step in run.steps)
+        and results.get("command") in ("modes", "critical"),
+        "stress": any("stress_resultants" in step.cells for step in run.steps),
+        "state": any("displacement" in step.nodal for step in run.steps),
+        "curves": any(results.get(key) for key in ("branches", "visited", "chart", "meshes", "history")),
+        "release": bool(results.get("history")) and (run.path / "frames" / "mesh.npz").is_file(),
+    }
+    return tuple(what for what in WHATS if found[what])
+
+
+def _step(run: Run, pressure: float | None) -> int:
+    """The number of the step at a pressure."""
+    if pressure is None:
+        return len(run.steps) - 1
+    found = [k for k, step in enumerate(run.steps) if math.isclose(step.pressure, pressure, rel_tol=1e-6)]
+    if not found:
+        there = ", ".join(f"{step.pressure:g}" for step in run.steps)
+        raise InputError(f"'{run.path}' holds nothing at {pressure:g} Pa; it holds {there} Pa")
+    return found[-1]
+
+
+def _film(run: Run) -> Skin:
+    mesh = run.design["mesh"]
+    divisions = mesh.get("divisions")
+    return skin(run.x, run.corners, (0.0, 0.0, 1.0), divisions[1] * mesh.get("order", 1) if divisions else 0)
+
+
+def _title(run: Run, step: Step) -> str:
+    results = run.results
+    lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
+    what = f"{results['film'].replace('-', ' ')} film"
+    if results["command"] == "perturb":
+        what = f"{results['distortion']} of {results['parameter']:g} {results['unit']}"
+    return f"{lobes}, {what}, {step.pressure:.6g} Pa"
+
+
+def _still(
+    film: Skin, panels: Sequence[Panel], title: str, width: float, **options: Any
+) -> Callable[[], Figure]:
+    def draw() -> Figure:
+        figure = blank()
+        paint(figure, film, panels, window(film, panels), title=title, width=width, **options)
+        return figure
+
+    return draw
+
+
+# --- modes --------------------------------------------------------------------------------------
+
+
+def _modes(run: Run, number: int, chosen: Sequence[int] | None, width: float) -> Picture:
+    step, film, results = run.steps[number], _film(run), run.results
+    told: list[dict[str, Any]]
+    if results["command"] == "modes":
+        told = results["pressures"][number]["modes"]
+    else:
+        told = [{"kind": results["kind"], "harmonic": results["harmonic"], "real": 0.0, "imag": 0.0}]
+    if chosen is None:
+        chosen = _one_of_each(told)
+    if not chosen or not 1 <= min(chosen) <= max(chosen) <= step.num_modes:
+        raise InputError(f"modes {list(chosen)} are not in '{run.path}'; choose from 1 to {step.num_modes}")
+    unit = UNITS[results.get("mass", "unit")]
+    shown: list[tuple[str, str, Any]] = []
+    for k in chosen:
+        mode = told[k - 1]
+        label = f"({chr(ord('a') + len(shown))})" if len(chosen) > 1 else ""
+        caption = plotting.mode_caption(label, mode["kind"], mode["harmonic"], mode["real"], unit)
+        field = step.nodal[f"mode_{k}"] + 1j * step.nodal.get(f"mode_{k}_imag", 0.0)
+        shown.append((caption.strip(), mode["kind"], field))
+
+    def panels(phase: float) -> list[Panel]:
+        return [plotting.mode_panel(c, kind, film, field, phase=phase) for c, kind, field in shown]
+
+    extremes = window(film, [*panels(0.0), *panels(math.pi / 2), *panels(math.pi), *panels(-math.pi / 2)])
+    title = _title(run, step)
+
+    def at(phase: float) -> Callable[[Figure], None]:
+        def draw(figure: Figure) -> None:
+            paint(figure, film, panels(phase), extremes, title=title, note=plotting.NOTE, width=width)
+
+        return draw
+
+    swing = tuple(at(2 * math.pi * k / _SWING) for k in range(_SWING))
+    return Picture(_still(film, panels(0.0), title, width, note=plotting.NOTE), swing)
+
+
+def _one_of_each(modes: Sequence[dict[str, Any]]) -> list[int]:
+    """Numbers from 1 of modes, of which the second of a pair is left out."""
+    chosen: list[int] = []
+    for k, mode in enumerate(modes, 1):
+        before = modes[chosen[-1] - 1] if chosen else None
+        pair = before is not None and (before["kind"], before["harmonic"]) == (mode["kind"], mode["harmonic"])
+        if not (pair and math.isclose(before["real"], mode["real"], rel_tol=1e-5)):  # type: ignore[index]
+            chosen.append(k)
+    return chosen
+
+
+# --- states -------------------------------------------------------------------------------------
+
+
+def _moved(run: Run, step: Step) -> Array:
+    moved = step.nodal.get("displacement")
+    return run.x if moved is None else run.x + moved
+
+
+def _stress(run: Run, number: int, pressure: float | None, width: float) -> Picture:
+    """Stress resultants on one scale, and taut, wrinkled and slack film; a row each state."""
+    film, chosen = _film(run), _states(run, number, pressure)
+    steps = [step for _, step in chosen]
+    if not all("stress_resultants" in step.cells for step in steps):
+        raise InputError(f"'{run.path}' holds no stress at {steps[-1].pressure:g} Pa; give another pressure")
+    scale = _shared("stress resultant [N/m]", np.concatenate([s.cells["stress_resultants"] for s in steps]))
+    panels = []
+    for name, step in chosen:
+        shape, resultants = _moved(run, step), step.cells["stress_resultants"]
+        across, first = facing(film, shape - film.x), f"{name}\n" if len(chosen) > 1 else ""
+        for k, what in enumerate(("meridional, $N_m$", "hoop, $N_h$")):
+            panels.append(Panel(first + what, shape, across, resultants[:, k], scale))
+        if "regions" in step.cells:
+            state = (2 - np.argmax(step.cells["regions"], axis=1)).astype(np.float64)
+            panels.append(Panel(first + "state of the film", shape, across, state, Scale(cmap="")))
+    columns = len(panels) // len(chosen)
+    return Picture(_still(film, panels, _title(run, steps[-1]), width, columns=columns))
+
+
+def _states(run: Run, number: int, pressure: float | None) -> list[tuple[str, Step]]:
+    """The states of a picture with their names: of a perturbation the distorted and the released one."""
+    results = run.results
+    if results["command"] != "perturb" or pressure is not None:
+        return [("", run.steps[number])]
+    # of a run that was stopped and went on in the release, the distorted state is not there
+    released = bool(results["release"]) and results.get("min_eigenvalue") is not None
+    names = ["distorted", *(["released"] if released else [])]
+    return list(zip(names[-len(run.steps) :], run.steps, strict=True))
+
+
+def _shared(label: str, resultants: Array) -> Scale:
+    """One scale for N_m and N_h: from zero, or about it where both signs occur. Rare extremes are cut off."""
+    values = resultants[:, :2]
+    low, high = (float(v) for v in np.percentile(values, [2, 98]))
+    two_sided = -low > 0.02 * high
+    high = max(-low, high) if two_sided else high or 1.0
+    low = -high if two_sided else 0.0
+    beyond = (bool(values.min() < low - 0.02 * high), bool(values.max() > 1.02 * high))
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max"}.get(beyond, "neither")
+    return Scale(label, low, high, "PuOr_r" if two_sided else "cividis", extend)
+
+
+def _state(run: Run, number: int, pressure: float | None, width: float) -> Picture:
+    """The shape true to scale."""
+    film, chosen = _film(run), _states(run, number, pressure)
+    fields = [step.nodal["displacement"] for _, step in chosen]
+    panels = _displaced(film, fields, [name for name, _ in chosen])
+    return Picture(_still(film, panels, _title(run, chosen[-1][1]), width))
+
+
+def _displaced(film: Skin, fields: Sequence[Array], names: Sequence[str]) -> list[Panel]:
+    """Shapes true to scale, coloured by displacement on one scale."""
+    sizes: list[Array] = [np.sqrt((field**2).sum(axis=1)) for field in fields]
+    largest = max(float(size.max()) for size in sizes)
+    across = facing(film, fields[int(np.argmax([size.max() for size in sizes]))])
+    if largest == 0:
+        return [Panel(f"{name}\nas designed".strip(), film.x, across) for name in names]
+    unit, factor = ("m", 1.0) if largest >= 0.1 else ("mm", 1e3)
+    scale = Scale(f"displacement [{unit}]", 0.0, factor * largest)
+    return [
+        Panel(name, film.x + field, across, factor * size, scale)
+        for name, field, size in zip(names, fields, sizes, strict=True)
+    ]
+
+
+# --- motion -------------------------------------------------------------------------------------
+
+
+def _release(run: Run, width: float) -> Picture:
+    frames = load_frames(run.path)
+    assert frames is not None  # `held` has seen it
+    film = frames.skin
+    names = [_moment(run, point) for point in frames.points]
+    panels = _displaced(film, frames.displacements, names)
+    view = window(film, panels)
+    title = f"{run.results['distortion']} of {run.results['parameter']:g} {run.results['unit']}".capitalize()
+    if run.results["release"]:
+        title += f", let go: {run.results.get('outcome', 'stopped')}"
+
+    def of(panel: Panel) -> Callable[[Figure], None]:
+        return lambda figure: paint(figure, film, [panel], view, title=title, width=width)
+
+    ramp = sum(point["time"] is None for point in run.results["history"]) - 1
+    still = _still(film, [panels[k] for k in _strip(frames, ramp)], title, width)
+    # the end stays for half a second
+    return Picture(still, tuple(of(panel) for panel in [*panels, *[panels[-1]] * (_RATE // 2)]))
+
+
+def _moment(run: Run, point: int) -> str:
+    history, results = run.results["history"], run.results
+    if point == len(history) - 1 and history[point]["time"] is not None:
+        return "released\nat rest"
+    if history[point]["time"] is None:
+        return f"imposed\n{history[point]['parameter']:.3g} {results['unit']}"
+    return f"released\n{history[point]['time']:.2g} s"
+
+
+def _strip(frames: Frames, ramp: int) -> list[int]:
+    """Shapes that tell the motion: equal steps of the way that the film goes, and its turning points."""
+    moved = [
+        float(np.linalg.norm(b - a, axis=1).max())
+        for a, b in zip(frames.displacements, frames.displacements[1:], strict=False)
+    ]
+    way = np.concatenate([[0.0], np.cumsum(moved)])
+    wanted = np.linspace(0.0, way[-1], min(_STRIP, len(way)))
+    chosen = [int(np.abs(way - w).argmin()) for w in wanted[:-1]]
+    if ramp in frames.points:  # instead of the shape nearest to it
+        turn = frames.points.index(ramp)
+        chosen[int(np.abs(np.array(chosen) - turn).argmin())] = turn
+    return sorted({*chosen, len(way) - 1})
+
+
+def _animate(frames: Sequence[Callable[[Figure], None]], path: Path, suffix: str) -> None:
+    """Frames as GIF by Pillow, or as MP4 by ffmpeg."""
+    writer: Any = animation.PillowWriter(fps=_RATE)
+    if suffix == "mp4":
+        if not animation.FFMpegWriter.isAvailable():
+            raise InputError("an MP4 needs ffmpeg, which is not installed; install it, or use gif")
+        # H.264 wants even numbers of pixels, and players this one pixel format
+        even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]
+        writer = animation.FFMpegWriter(fps=_RATE, codec="libx264", extra_args=even)
+    figure = blank()
+    frames[0](figure)  # which sets its size
+    folder = path.absolute().parent
+    handle, hidden = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=f".{suffix}", dir=folder)
+    os.close(handle)
+    try:
+        with writer.saving(figure, hidden, dpi=200):
+            for paint_frame in frames:
+                paint_frame(figure)
+                writer.grab_frame()
+        with replacing(path) as stream:
+            stream.write(Path(hidden).read_bytes())
+    finally:
+        os.unlink(hidden)
+
+
+# --- curves -------------------------------------------------------------------------------------
+
+
+def _curves(run: Run, width: float) -> Figure:
+    results = run.results
+    if results.get("branches"):
+        branches = [
+            Branch(
+                b["kind"],
+                b["harmonic"],
+                b["rank"],
+                np.array(b["pressures"], float),
+                np.array(b["values"], float),
+            )
+            for b in results["branches"]
+        ]
+        return plotting.eigenvalue_curves(branches, mass=results["mass"], title=_name(results), width=width)
+    if results.get("visited"):
+        return charts.lowest_along_path(
+            results["visited"],
+            title=_name(results),
+            critical=results["critical_pressure"],
+            mode=f"{results['kind']}, n = {results['harmonic']}",
+            width=width,
+        )
+    if results.get("chart"):
+        return charts.harmonic_pressures(_chart(results), width=width)
+    if results.get("meshes"):
+        return charts.refinement(_study(results), width=width)
+    return charts.perturbation(
+        _history(results), unit=results["unit"], reaction_unit=results["reaction_unit"], width=width
+    )
+
+
+def _name(results: dict[str, Any] | Any) -> str:
+    lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
+    return f"{lobes}, {results['film'].replace('-', ' ')}, {results['state']} state"
+
+
+def _number(value: Any, missing: float) -> float:
+    return missing if value is None else float(value)
+
+
+def _chart(results: Any) -> Any:
+    from lobefem.chart import HarmonicChart
+
+    rows = results["chart"]
+    return HarmonicChart(
+        tuple(row["harmonic"] for row in rows),
+        tuple(_number(row["critical_pressure"], math.inf) for row in rows),
+        tuple(row["kind"] for row in rows),
+        tuple(_number(row["residual"], math.nan) for row in rows),
+        tuple(results["divisions"]),
+        results["lobes"],
+    )
+
+
+def _study(results: Any) -> Any:
+    from lobefem.chart import HarmonicChart
+    from lobefem.mesh_study import MeshStudy, Trend
+
+    def trend(data: dict[str, Any]) -> Trend:
+        values = {name: _number(data[name], math.nan) for name in ("limit", "order", "uncertainty")}
+        return Trend(tuple(_number(p, math.inf) for p in data["pressures"]), data["behaviour"], **values)
+
+    return MeshStudy(
+        results["film"],
+        results["lobes"],
+        tuple(
+            HarmonicChart(
+                (row["harmonic"],), (_number(row["critical_pressure"], math.inf),), ("",), (math.nan,),
+                tuple(row["divisions"]), results["lobes"],
+            )
+            for row in results["meshes"]
+        ),
+        trend(results["lowest"]),
+        {int(n): trend(data) for n, data in results["low_harmonics"].items()},
+        (),
+        results["published"],
+        results["published_around"],
+    )  # fmt: skip
+
+
+def _history(results: Any) -> Any:
+    from lobefem.flow import Ledger
+    from lobefem.perturbation import Point
+
+    factor = math.pi / 180 if results["unit"] == "degrees" else 1.0
+    names = {"reaction", "volume", "mid_hoop_displacement", "contact_force", "time", "residual"}
+    ledger = Ledger.__dataclass_fields__
+    return [
+        Point(
+            parameter=factor * p["parameter"],
+            gap=None,
+            ledger=Ledger(**{name: p["ledger"][name] for name in ledger}),
+            **{name: p[name] for name in names},
+        )
+        for p in results["history"]
+    ]
