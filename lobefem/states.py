@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import zipfile
 from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _dolfinx
-from lobefem._files import on_root, replacing
+from lobefem import _blocks, _dolfinx
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 
 # isort: split
 from dolfinx import fem
+from mpi4py import MPI
 
 if TYPE_CHECKING:
     from lobefem.stability import Mode
@@ -32,8 +32,7 @@ __all__ = ["Checkpoint", "Keepable", "load_modes", "load_state", "save_modes", "
 
 Array = npt.NDArray[np.float64]
 _FIELD = "field:"
-_ARRAYS = ("position", "displacement", "plate_parameters", "pressure", "prestress")
-_MOST_NOTES = 10**8  # bytes
+_NODAL, _SMALL = ("position", "displacement"), ("plate_parameters", "pressure", "prestress")
 _OWN = ("balloon", "pressure", "prestress", "unknowns", "displacement")
 _MEASURED = tuple(f.name for f in dataclasses.fields(Equilibrium) if f.name not in _OWN)
 _MODE = ("residual", "harmonic", "harmonics", "kind")
@@ -111,24 +110,14 @@ def save_state(
     parameters = balloon.map.parameters(state.vector())
     nodal = {"position": x, "displacement": state.displacement[:owned]}
     nodal |= {_FIELD + name: values[:owned] for name, values in (fields or {}).items()}
-    parts = comm.gather((_input_order(balloon), nodal), root=0)
-
-    def write() -> None:
-        order = np.concatenate([numbers for numbers, _ in parts])
-        whole = {name: np.empty((len(order), 3)) for name in nodal}
-        for name, values in whole.items():
-            values[order] = np.concatenate([part[name] for _, part in parts])
-        with replacing(Path(path)) as stream:
-            np.savez(
-                stream,
-                **whole,  # type: ignore[arg-type]
-                plate_parameters=parameters,
-                pressure=float(state.pressure),
-                prestress=float(state.prestress),
-                notes=np.array(json.dumps(notes or {})),
-            )
-
-    on_root(comm, Path(path), write)
+    others = {
+        "plate_parameters": parameters,
+        "pressure": float(state.pressure),
+        "prestress": float(state.prestress),
+        "notes": json.dumps(notes or {}),
+    }
+    count = balloon.V.dofmap.index_map.size_global
+    _blocks.write(Path(path), comm, _input_order(balloon), count, nodal, others)
 
 
 def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
@@ -137,57 +126,29 @@ def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
     Raises:
         InputError: no such file, not a state, or of another mesh or support.
     """
-    count = balloon.V.dofmap.index_map.size_global
-    data, notes = on_root(balloon.comm, Path(path), lambda: _read(Path(path), count))
-    order = _input_order(balloon)
-    x = balloon.V.tabulate_dof_coordinates()[: len(order)]
-    position, parameters = data["position"], data["plate_parameters"]
-    same = (
-        position.shape == (count, 3)
-        and parameters.shape == (balloon.map.num_parameters,)
-        and bool(np.allclose(position[order], x, rtol=0, atol=1e-9 * np.ptp(position)))
-    )
-    if not balloon.comm.allreduce(int(same)) == balloon.comm.size:
+    comm, count = balloon.comm, balloon.V.dofmap.index_map.size_global
+    with closing(_blocks.BlockReader(Path(path), comm, count, _NODAL, _SMALL)) as file:
+        order = _input_order(balloon)
+        x = balloon.V.tabulate_dof_coordinates()[: len(order)]
+        parameters, *pressures = (file.others[name] for name in _SMALL)
+        same = file.shape == (count, 3) and parameters.shape == (balloon.map.num_parameters,)
+        same = same and all(pressure.shape == () for pressure in pressures)
+        if same:
+            data = {name: file.field(name, order) for name in file.names}
+            size = comm.allreduce(np.abs(x).max(initial=0.0), op=MPI.MAX)
+            same = bool(np.allclose(data["position"], x, rtol=0, atol=1e-9 * size))
+    if not comm.allreduce(same, op=MPI.LAND):
         raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
-    free = data["displacement"][order].ravel()[balloon.map.free]
+    free = data["displacement"].ravel()[balloon.map.free]
     extra = balloon.map.local_size - len(free)  # the last rank holds the plates' parameters
     unknowns = np.concatenate([free, parameters[:extra]])
     fields = {
-        name.removeprefix(_FIELD): _with_ghosts(balloon, values[order])
+        name.removeprefix(_FIELD): _with_ghosts(balloon, values)
         for name, values in data.items()
         if name.startswith(_FIELD)
     }
-    return Checkpoint(balloon, float(data["pressure"]), float(data["prestress"]), unknowns, notes, fields)
-
-
-def _read(path: Path, count: int) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Arrays and notes of a state's file; whatever else it holds is refused, and not read."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            size = sum(part.file_size for part in archive.infolist())
-            fields = len(archive.infolist())
-        if size > _MOST_NOTES + 24 * count * fields:
-            raise InputError(f"'{path}' is a state of another mesh or support; give this design's own")
-        with np.load(path, allow_pickle=False) as file:
-            text = str(file["notes"]) if "notes" in file.files else "{}"
-            data = {name: file[name] for name in file.files if name != "notes"}
-        notes = json.loads(text)
-        numbers = [data[name] for name in _ARRAYS]
-    except (OSError, InputError):
-        raise
-    except Exception as error:  # NumPy's and zipfile's are of many kinds
-        raise InputError(f"'{path}' holds no state ({str(error)[:200]}); give a run's state.npz") from None
-    if not isinstance(notes, dict) or not all(_sound(array) for array in data.values()):
-        raise InputError(f"'{path}' holds no state (not all is numbers); give a run's state.npz")
-    pressure, prestress = numbers[-2:]
-    shapes = {values.shape for name, values in data.items() if name.startswith(_FIELD)}
-    if pressure.shape or prestress.shape or shapes | {data["displacement"].shape} != {data["position"].shape}:
-        raise InputError(f"'{path}' holds no state (arrays of other shapes); give a run's state.npz")
-    return data, notes
-
-
-def _sound(array: Array) -> bool:
-    return array.dtype == np.float64 and bool(np.isfinite(array).all())
+    pressure, prestress = map(float, pressures)
+    return Checkpoint(balloon, pressure, prestress, unknowns, file.notes, fields)
 
 
 def _with_ghosts(balloon: Balloon, owned: Array) -> Array:

@@ -124,7 +124,7 @@ def test_fields_are_those_of_the_nodes_that_they_lie_on(comm, shared_path):
 
 @pytest.mark.parametrize(("cell", "order"), [("triangle", 1), ("triangle", 2), ("quadrilateral", 2)])
 def test_a_state_read_back_is_the_same_equilibrium(comm, shared_path, cell, order, monkeypatch):
-    monkeypatch.setattr("lobefem.states._BLOCK", 31)
+    monkeypatch.setattr("lobefem._blocks._BLOCK", 31)
     balloon = small(mesh_cell=cell, mesh_order=order)
     state = inflate(balloon, PRESSURE)
     assert state.iterations > 0
