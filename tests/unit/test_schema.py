@@ -12,7 +12,7 @@ TENSION = ("--film", "tension-field", "--support", "fixed")
 RUNS = [
     ("inflate", SINGLE, "--divisions", "4x8", "--profile"),
     ("inflate", CYLINDER, "--divisions", "4x8", "--slack-stiffness", "0"),  # fails
-    ("modes", SINGLE, "--divisions", "4x8", "--count", "1", *TENSION, "--pressure", "2000", "--pressure", "3000"),
+    ("modes", SINGLE, "--divisions", "4x8", "--count", "1", "--pressure", "5", "--pressure", "6", *TENSION),
     ("critical", SINGLE, "--divisions", "4x8", *TENSION),
     ("critical", SINGLE, "--divisions", "4x8", "--state", "inflated", "--limit", "10"),
     ("critical", SINGLE, "--mesh-study", "--meshes", "4x12,4x14,4x16"),
