@@ -132,6 +132,8 @@ class EnergySearch:
         """The objective at x. Collective."""
         if self._base is None:
             self.balloon.freeze_plates(x)
+            if self.balloon.load.convention != "closed":  # the plates' area vectors are others now
+                self._known = None
         # a line search starts where the last one ended
         if self._known is None or not self._same(self._known[0], x):
             self._known = self._place(x), self.balloon.energy(x)
