@@ -63,7 +63,10 @@ def horizontal_displacements(
     high = max(float((x @ skin.axis).max()) for x in extents)
     horizontal = [u @ right for u in skin.fields]
     limits = min(map(np.min, horizontal)), max(map(np.max, horizontal))
-    levels = MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(*limits)
+    ticks = np.array(MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(*limits))
+    # a band about each, so that the round-off of what has not moved draws no border
+    half = (ticks[1] - ticks[0]) / 2
+    levels = np.append(ticks - half, ticks[-1] + half)
     colours = colormaps["viridis"]
     norm = BoundaryNorm(levels, colours.N)
     cell = width / len(shapes)
@@ -93,7 +96,12 @@ def horizontal_displacements(
             axes.set_axis_off()
             axes.set_title(caption)
         bar = figure.colorbar(
-            ScalarMappable(norm, colours), ax=panels.tolist(), location="bottom", aspect=30, pad=0.01
+            ScalarMappable(norm, colours),
+            ax=panels.tolist(),
+            location="bottom",
+            aspect=30,
+            pad=0.01,
+            ticks=ticks[::2].tolist(),
         )
         bar.set_label("horizontal displacement [m]")
         if title:
