@@ -39,8 +39,9 @@ PREFIX = "lobefem_distort_"
 _SMALL = 1 / 8
 # eigenvalues above minus this share of p/sqrt(film area) count as none that is negative
 _NEUTRAL = 1e-3
-# of the damped motion: error of a step over sqrt(film area), residual over the load at its ends
-_TOLERANCE, _SETTLED, _MOST_STEPS = 3e-4, (1e-6, 1e-8), 300
+# of the damped motion: error of a step over sqrt(film area), and residual over the load at its end; just
+# past a buckling the motion is slow and its residual small
+_TOLERANCE, _SETTLED, _MOST_STEPS = 3e-4, 1e-8, 300
 _UNSTABLE, _TOUCHES = "unstable", "the film would go too far or touch itself"
 
 
@@ -195,26 +196,20 @@ class Ramp:
         before, _ = balloon.energy(q)
         if not self._predict(target):
             return _TOUCHES, 0, 0.0
-        why, count, lost = "", 0, before - balloon.energy(q)[0]
-        for settled in _SETTLED:
-            last, begin = self._drift(settled), self.q.copy()
-            why, iterations = self._solve()
-            count, lost = count + last.iterations + iterations, lost + last.ledger.damping
-            if not why:
-                break
-            # just past the buckling the motion is slow and its residual small: it is not at rest yet
-            begin.copy(self.q)
-        return why, count, lost
+        lost = before - balloon.energy(q)[0]
+        last = self._drift()
+        why, count = self._solve()
+        return why, last.iterations + count, lost + last.ledger.damping
 
-    def _drift(self, settled: float) -> Record:
-        """Damped motion until the residual is a share of the load: its last record."""
+    def _drift(self) -> Record:
+        """Damped motion until it is at rest: its last record."""
         balloon = self.balloon
         flow = Flow(
             balloon,
             self.q,
             damping=damping_scale(balloon),
             tolerance=_TOLERANCE * math.sqrt(balloon.reference_area),
-            settled=settled,
+            settled=_SETTLED,
             ledger=Ledger(),
         )
         try:
