@@ -22,6 +22,8 @@ from slepc4py import SLEPc
 __all__ = ["Pair", "distinct", "order", "refine", "residual", "run", "solver", "with_conjugates"]
 
 Complex = tuple[Any, Any]  # (real, imaginary)
+_TRUSTED = 1e-4  # relative change of a value that a better quotient may bring
+_NEW = 1e-2  # squared sine of the angle to known vectors from which on a vector is another one
 
 
 class Pair(NamedTuple):
@@ -126,23 +128,46 @@ def _polish(eps: Any, x: Any, y: Any) -> None:
 def distinct(pairs: Sequence[Pair], M: Any, shift: float) -> list[Pair]:
     """The pairs without repetition: of a cluster of equal values, those with independent vectors.
 
+    What one run gives as a complex pair may be two real pairs of another, whose double value round-off has
+    not split; where one of the two is there already, the other's direction alone is new.
+
     Args:
         pairs: of one run or several.
         M: a positive definite matrix, the inner product in which vectors are compared.
-        shift: number from which values are told apart, to a relative 1e-5.
+        shift: number from which values are told apart, to a relative 1e-3: vectors of values closer than
+            that are mixed by round-off, and differently so in each run.
     """
-    kept: list[tuple[Pair, Complex]] = []  # with the vectors made orthonormal
+    kept: list[Pair] = []
+    known: list[tuple[complex, Any]] = []  # values and real vectors, orthonormal where values are close
     for pair in sorted(pairs, key=order):
-        vector = (pair.x.copy(), pair.y.copy())
-        _scale(vector, 1 / math.sqrt(_inner(M, vector, vector).real))
-        for other, unit in kept:
-            if abs(other.value - pair.value) <= 1e-5 * abs(pair.value - shift):
-                _subtract(vector, _inner(M, unit, vector), unit)
-        rest = _inner(M, vector, vector).real
-        if rest > 1e-4:
-            _scale(vector, 1 / math.sqrt(rest))
-            kept.append((pair, vector))
-    return [pair for pair, _ in kept]
+        parts = [v.copy() for v in ((pair.x, pair.y) if pair.value.imag else (pair.x,))]
+        apart = _independence(parts, M)
+        for v in parts:
+            v.scale(1 / math.sqrt(_inner(M, v, v)))
+            for value, unit in known:
+                if abs(value - pair.value) <= 1e-3 * abs(pair.value - shift):
+                    v.axpy(-_inner(M, unit, v), unit)
+        new = [v for v in parts if _inner(M, v, v) > _NEW]
+        if len(new) == 2 and _independence(new, M) <= _NEW * apart:
+            new.pop()
+        if len(new) == len(parts):
+            kept.append(pair)
+        else:
+            kept += [Pair(complex(pair.value.real), v, _zero(v)) for v in new]
+        for k, v in enumerate(new):
+            if k:
+                v.axpy(-_inner(M, new[0], v), new[0])
+            v.scale(1 / math.sqrt(_inner(M, v, v)))
+            known.append((pair.value, v))
+    return kept
+
+
+def _independence(vectors: Sequence[Any], M: Any) -> float:
+    """Squared sine of the angle between two vectors, 1 for a single one."""
+    if len(vectors) == 1:
+        return 1.0
+    a, b = vectors
+    return 1.0 - _inner(M, a, b) ** 2 / (_inner(M, a, a) * _inner(M, b, b))
 
 
 def refine(
@@ -150,8 +175,12 @@ def refine(
     B: Any,
     curvature: Callable[[Any, Any], float],
     solve_transposed: Callable[[Any, Any], None] | None,
+    shift: float,
 ) -> list[Pair]:
     """The pairs with their values as two-sided quotients z . K x/z . B x of an unassembled K.
+
+    A complex pair that turns out to be two real ones becomes these. Values that are far from zero have no
+    need of it, and where left vectors are not found well enough they stay as they are.
 
     The error of a value is then the product of both vectors' errors, and the round-off of K's
     entries has no part in it. Left vectors are the dual basis to the right ones after three steps of
@@ -163,6 +192,7 @@ def refine(
         curvature: (v, u) -> v . K u for real vectors.
         solve_transposed: (b, x) solves (K - shift B)^T x = b; None where K is symmetric and left
             vectors are the right ones.
+        shift: a number below all values, from which their changes are judged.
     """
     blocks = [(p.x, p.y) if p.value.imag else (p.x,) for p in pairs]
     right = [v for block in blocks for v in block]
@@ -178,9 +208,9 @@ def refine(
         B.mult(u, work)
         gram[:, j] = [z.dot(work) for z in left]
     dual = np.linalg.inv(gram)  # rows combine the left vectors to W with W^T B R = 1
-    values: list[complex] = []
+    refined: list[Pair] = []
     start = 0
-    for block in blocks:
+    for pair, block in zip(pairs, blocks, strict=True):
         at = range(start, start + len(block))
         start += len(block)
         small = np.empty((len(block), len(block)))
@@ -188,9 +218,17 @@ def refine(
             w = B.createVecLeft()
             w.maxpy(list(dual[i]), left)
             small[a] = [curvature(w, right[j]) for j in at]
-        found = np.linalg.eigvals(small)
-        values += [complex(found[np.argmax(found.imag)])]
-    return [pair._replace(value=value) for pair, value in zip(pairs, values, strict=True)]
+        found, combined = np.linalg.eig(small)
+        if np.abs(found.real - pair.value.real).max() > _TRUSTED * abs(pair.value - shift):
+            refined.append(pair)
+        elif len(block) == 2 and not found.imag.any():  # a double real value that round-off has split
+            for value, share in zip(found.real, combined.real.T, strict=True):
+                x = _zero(block[0])
+                x.maxpy(list(share), list(block))
+                refined.append(Pair(complex(value), x, _zero(x)))
+        else:
+            refined.append(pair._replace(value=complex(found[np.argmax(found.imag)])))
+    return refined
 
 
 def residual(pair: Pair, K: Any, B: Any, shift: float = 0.0) -> float:
@@ -211,12 +249,19 @@ def residual(pair: Pair, K: Any, B: Any, shift: float = 0.0) -> float:
     return math.hypot(Kx.norm(), Ky.norm()) / size if size else 0.0
 
 
-def _inner(M: Any, a: Complex, b: Complex) -> complex:
-    """a* M b."""
-    real, imag = M.createVecLeft(), M.createVecLeft()
-    M.mult(b[0], real)
-    M.mult(b[1], imag)
-    return complex(a[0].dot(real) + a[1].dot(imag), a[0].dot(imag) - a[1].dot(real))
+def _inner(M: Any, a: Any, b: Any) -> float:
+    """Inner product a . M b of real vectors."""
+    work = M.createVecLeft()
+    M.mult(b, work)
+    found = float(a.dot(work))
+    work.destroy()
+    return found
+
+
+def _zero(v: Any) -> Any:
+    zero = v.duplicate()
+    zero.set(0.0)
+    return zero
 
 
 def _subtract(a: Complex, factor: complex, b: Complex) -> None:
