@@ -12,7 +12,7 @@ from broken import EXAMPLES, SINGLE, fault_of_sentence, run
 from mpi4py import MPI
 from test_kills import ENVIRONMENT, MPIRUN
 
-from lobefem import _files, fields, states
+from lobefem import _blocks, _files, fields
 
 FULL, BUG = OSError(28, "No space left on device"), RuntimeError("a bug")
 FAULTS = ["MemoryError()", "ZeroDivisionError('a bug')", "OSError(5, 'I/O error')"]
@@ -61,14 +61,14 @@ def test_a_rank_that_lacks_the_design_file(comm, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("module", "fault", "expected"),
-    [(states, FULL, 2), (fields, BUG, 1), (_files, FULL, 2), (states, BUG, 1)],
+    [(_blocks, FULL, 2), (fields, BUG, 1), (_files, FULL, 2), (_blocks, BUG, 1)],
 )
 def test_a_fault_in_writing_on_rank_0_alone(comm, shared_path, monkeypatch, module, fault, expected):
     def fail(*arguments, **options):
         raise fault
 
     if comm.rank == 0:
-        name = "replacing" if module is states else "replace"
+        name = "replacing" if module is _blocks else "replace"
         monkeypatch.setattr(module, name, fail)
     code, _, err = alike(comm, [*COMMAND, "--out", shared_path / "run", "--json", shared_path / "x.json"])
     assert code == expected
