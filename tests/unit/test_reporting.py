@@ -1,7 +1,6 @@
 """What is said of a run on its way: plain lines, a bar, and the time left."""
 
 import io
-import logging
 import sys
 
 import pytest
