@@ -26,6 +26,7 @@ from lobefem._files import replace
 from lobefem.errors import InputError
 from lobefem.parameter_study import Point, Study
 from lobefem.progress import Progress, said
+from lobefem.schema import COMMANDS, COMMON
 
 __all__ = ["QUANTITIES", "Row", "as_csv", "begin", "results", "run", "table", "workers"]
 
@@ -37,6 +38,7 @@ QUANTITIES = {
     "harmonics": ("critical_pressure", "harmonic"),
     "perturb": ("imposed_ratio", "volume_final", "min_eigenvalue", "outcome"),
 }
+_LOWEST = "Pa/m"  # in N/m with nodal mass
 _UNKEPT = (1, 130)  # exit codes that may not come again: a fault of ours, an interruption
 # what an MPI launcher tells its ranks; a process that inherits it takes itself for one of them
 _LAUNCHER = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDI_", "HYDRA_", "MPIR_", "MPI_")
@@ -53,6 +55,7 @@ class Row:
         reason: why not.
         seconds: that it took.
         found: quantities of `QUANTITIES`.
+        warnings: of its command.
     """
 
     values: Mapping[str, Any]
@@ -61,6 +64,7 @@ class Row:
     reason: str
     seconds: float
     found: Mapping[str, Any]
+    warnings: Sequence[str] = ()
 
 
 def run(
@@ -135,17 +139,18 @@ def _solve(point: Point, kept: str) -> Row:
     )
     seconds = round(time.monotonic() - start, 2)
     found: dict[str, Any] = {}
-    reason = ""
+    reason, warnings = "", []
     if process.returncode == 0:
         results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
         found = {key: _quantity(results, key) for key in QUANTITIES[point.command]}
+        warnings = results["warnings"]
     elif process.returncode < 0:
         reason = f"its process was ended by signal {-process.returncode}; out of memory, perhaps"
     else:
         lines = [line for line in process.stderr.splitlines() if line.startswith("lobefem: ")]
         reason = lines[-1].removeprefix("lobefem: ") if lines else "its process said nothing"
     where = f"points/{point.name}" if folder.is_dir() else ""
-    row = Row(point.values, where, process.returncode, reason, seconds, found)
+    row = Row(point.values, where, process.returncode, reason, seconds, found, warnings)
     if process.returncode >= 0 and process.returncode not in _UNKEPT:
         replace(folder.with_suffix(".json"), json.dumps(asdict(row), indent=2) + "\n")
     return row
@@ -205,13 +210,18 @@ def begin(study: Study, folder: str | Path, *, resume: bool = False, overwrite: 
 
 
 def table(study: Study, rows: Sequence[Row]) -> Iterator[list[str]]:
-    """The rows as text, the head first."""
+    """The rows as text, the head first, with the units of what was found."""
     quantities = QUANTITIES[study.command]
-    yield [*study.varied, *quantities, "seconds", "reason"]
+    yield [*study.varied, *(_headed(study.command, key) for key in quantities), "seconds", "reason"]
     for row in rows:
         values = [row.values[name] for name in study.varied]
         found = [row.found.get(key) for key in quantities]
         yield [*map(_cell, [*values, *found]), f"{row.seconds:.1f}", row.reason]
+
+
+def _headed(command: str, key: str) -> str:
+    unit = _LOWEST if key == "lowest" else (COMMON | COMMANDS[command]).get(key, ("",))[0]
+    return f"{key} [{unit}]" if unit else key
 
 
 def _cell(value: Any) -> str:
@@ -231,7 +241,10 @@ def results(study: Study, rows: Sequence[Row]) -> dict[str, Any]:
         "varied": study.varied,
         "rows": [asdict(row) for row in rows],
         "failed": failed,
-        "warnings": [f"{failed} of {len(rows)} points failed; see their reasons"] if failed else [],
+        "warnings": [
+            *([f"{failed} of {len(rows)} points failed; see their reasons"] if failed else []),
+            *dict.fromkeys(warning for row in rows for warning in row.warnings),
+        ],
     }
 
 

@@ -234,7 +234,7 @@ def release(
         say("release: lowest eigenvalues")
         modes = find_modes(state, count + _num_rigid(balloon))
         lowest = min((m.value.real for m in modes.modes if not _is_rigid(state, m)), default=math.inf)
-    outcome, reason = _judge(end, records[-1], why, lowest, distance, moved, size, start.pressure)
+    outcome, reason = _judge(end, records[-1], why, lowest, distance, rotation, moved, size, start.pressure)
     logger.info("release: %s (%s)", outcome, reason)
     return Released(
         outcome=outcome,
@@ -290,12 +290,16 @@ def _undamped(last: Moment) -> tuple[Equilibrium | None, str]:
         return None, f"{error.data['reason']}, |r| = {error.data['residual']:.1e}"
 
 
+_TURNED = 1e-6  # [rad]
+
+
 def _judge(
     end: str,
     last: Record,
     why: str,
     lowest: float | None,
     distance: float,
+    rotation: float,
     moved: float,
     size: float,
     pressure: float,
@@ -318,6 +322,8 @@ def _judge(
         f"at rest without damping, lowest eigenvalue {lowest:.3g} Pa/m, "
         f"{distance:.1e} m from the undistorted shape"
     )
+    if rotation > _TURNED:
+        evidence += f", turned as a whole by {math.degrees(rotation):.2g} degrees, which its supports let it"
     return (RETURNED if distance <= _SAME * size else DISTORTED), evidence
 
 

@@ -190,6 +190,7 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "rows[].reason": ("", "why it failed, empty where it did not"),
         "rows[].seconds": ("s", "that it took"),
         "rows[].found.*": ("", "some of its results.json, in the units there"),
+        "rows[].warnings": ("", "what to know before believing it"),
         "failed": ("", "number of points without a result"),
     },
 }

@@ -40,7 +40,7 @@ STATES = ("ideal", "inflated")
 
 _VERDICT = (
     "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
-    "unstable at any; see lobefem critical with several --divisions"
+    "unstable at any; see lobefem critical --mesh-study, and --film tension-field --state inflated"
 )
 KINK = (
     "the ideal state of tension-field film lies on the border of taut and wrinkled, where its tangent "

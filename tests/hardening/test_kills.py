@@ -18,7 +18,7 @@ from mpi4py import MPI
 
 from lobefem.design import Design
 
-KILLS = 50 if EXAMPLES else 4
+KILLS = 50 if EXAMPLES else 2
 STUDY = [
     "perturb", SINGLE, "--film", "tension-field", "--pressure", "5", "--load", "closed", "--lobes", "2",
     "--no-contact", "--release",

@@ -103,7 +103,7 @@ def test_a_sweep_runs_each_point_once_and_keeps_failures_as_rows(folder, comm, c
         assert point["volume"] == rows[0]["found"]["volume"]
         assert (folder / "out" / "sweep.png").stat().st_size > 1000
         table = (folder / "out" / "table.csv").read_text().splitlines()
-        assert table[0].startswith("film.thickness,pressure.value,volume,")
+        assert table[0].startswith("film.thickness,pressure.value,volume [m^3],")
         assert len(table) == 7
     comm.Barrier()
     # once more, and grown: only what is new is computed, here nothing
