@@ -122,7 +122,7 @@
     const [x, y, z] = columns(placed), cells = scene.cells, count = cells.length / 3;
     const [i, j, k] = [0, 1, 2].map((c) => Uint32Array.from({ length: count }, (_, n) => cells[3 * n + c]));
     const { colorscale, ticks } = colours(one);
-    const light = { ambient: 0.65, diffuse: 0.6, specular: 0.08, roughness: 0.9, fresnel: 0.05 };
+    const light = { ambient: 0.65, diffuse: 0.6, specular: 0.08, roughness: 0.9, fresnel: 0.05, facenormalsepsilon: 0, vertexnormalsepsilon: 0 };
     const film = {
       type: "mesh3d", x, y, z, i, j, k, intensity: unpack(one.values, Float32Array),
       intensitymode: one.cells ? "cell" : "vertex", cmin: one.range[0], cmax: one.range[1], colorscale,
