@@ -20,7 +20,7 @@ mpirun = $(or $(wildcard $(VENV)/bin/mpirun),mpirun)
 run = $(shell grep -sqx system $(VENV)/lobefem-setup && echo docker/entry.sh)
 sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
-.PHONY: help setup sphinx demo demos docs links test harden bench bench-peers bench-scaling lint types check clean distclean
+.PHONY: help setup sphinx demo demos docs links test test-serial test-ranks harden bench bench-peers bench-scaling lint types check clean distclean
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
@@ -41,7 +41,7 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo demos docs links test harden bench bench-scaling lint types check:
+setup demo demos docs links test test-serial test-ranks harden bench bench-scaling lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
 		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
 
@@ -84,7 +84,13 @@ links: docs
 	$(run) $(python) -m sphinx -q -b linkcheck docs $(DOCS)/links
 
 test: setup
+	$(MAKE) --no-print-directory test-serial
+	$(MAKE) --no-print-directory test-ranks
+
+test-serial: setup
 	$(run) $(python) -m pytest -q $(TESTS)
+
+test-ranks: setup
 	$(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider --color=no $(TESTS) </dev/null
 
 harden: setup
