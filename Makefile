@@ -90,8 +90,13 @@ test: setup
 test-serial: setup
 	$(run) $(python) -m pytest -q $(TESTS)
 
+# In parts: MPICH has 2048 communicators, and not all of those of a mesh come back before its process ends.
+parts = $(if $(filter tests,$(TESTS)),"tests --ignore=tests/unit" "tests/unit/test_[a-h]*.py" "tests/unit/test_[i-z]*.py","$(TESTS)")
 test-ranks: setup
-	$(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider --color=no $(TESTS) </dev/null
+	@set -e; for part in $(parts); do \
+		echo "pytest on two ranks: $$part"; \
+		$(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider --color=no $$part </dev/null; \
+	done
 
 harden: setup
 	LOBEFEM_EXAMPLES=$(CASES) $(run) $(python) -m pytest -q tests/hardening

@@ -84,7 +84,7 @@ def user_options(text: str) -> Iterator[Callable[[], list[str]]]:
     try:
         database.insertString(text)
         added = sorted(set(database.getAll()) - set(before))
-        yield lambda: [name for name in added if not database.used(name)]
+        yield lambda: _unread(database, added)
     except PETSc.Error as error:
         reason = str(error).splitlines()[-1].partition("] ")[2] or str(error)
         if text:
@@ -93,6 +93,11 @@ def user_options(text: str) -> Iterator[Callable[[], list[str]]]:
     finally:
         for name in added:
             database.delValue(name)
+
+
+def _unread(database: Any, names: list[str]) -> list[str]:
+    """Those of some options that nothing has asked for; none where petsc4py cannot tell (before 3.23)."""
+    return [name for name in names if not database.used(name)] if hasattr(database, "used") else []
 
 
 def _check_options(text: str) -> None:

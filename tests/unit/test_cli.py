@@ -99,8 +99,10 @@ def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
     if comm.rank == 0:
         assert "SNES Function norm" in err  # PETSc prints on stdout, which is for JSON here
         told = "no solver of this run has read the PETSc options -lobefem_inflate_snes_max_itt; check their"
-        assert told in json.loads(out)["warnings"][-1]
-        assert told in err
+        warned = [told in warning for warning in json.loads(out)["warnings"]]
+        # petsc4py before 3.23 cannot say what was read
+        assert warned == ([True] if hasattr(PETSc.Options(), "used") else [])
+        assert (told in err) == bool(warned)
 
 
 def test_the_prefixes_of_petsc_options_are_those_of_the_solvers():

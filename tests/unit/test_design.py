@@ -181,7 +181,7 @@ def test_overrides_as_text_from_the_command_line():
         ("[film]\nhoop_slack = -1e-3", "film.hoop_slack: -0.001 must be in [0, 1)"),
         ("[shape]\nlobes = 0", "shape.lobes: 0 is impossible; give an integer, 1 or more"),
         ("[shape]\nlobes = " + "0x" + "f" * 5000, "shape.lobes: int of that size is impossible"),
-        ("[film]\nE" + ".a" * 1500 + " = 1", "film.E: dict of that size is not a stress"),
+        ("[film]\nE" + ".a" * 1500 + " = 1", "is not a stress; give pascals"),
         ("[shape]\nlobes = 2.5", "shape.lobes: 2.5 is impossible; give an integer, 1 or more"),
         ("[shape]\ntruncation = 0.7", "shape.truncation: 0.7 must be in (0, 0.599]"),
         ("[shape]\nR0 = 3.8\nedge_radius = 2",
