@@ -172,10 +172,19 @@ def workers(number: int, comm: Any = None) -> Any:
         number: of processes at a time on this machine.
         comm: MPI communicator of several ranks, or None. Then each rank but the first runs points, on
             its machine, and the context gives None to them once all is done. Collective.
+
+    Raises:
+        InputError: MPI bears no second thread, which hands out the points.
     """
     if comm is None:
         return ThreadPoolExecutor(number)
+    from mpi4py import MPI
     from mpi4py.futures import MPICommExecutor
+
+    if MPI.Query_thread() < MPI.THREAD_SERIALIZED:  # alike on all ranks
+        raise InputError(
+            "this MPI was started without threads; start the sweep without mpirun, with --workers"
+        )
 
     return MPICommExecutor(comm, root=0)
 

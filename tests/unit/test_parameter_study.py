@@ -88,6 +88,10 @@ def test_what_is_no_study_is_said_in_a_sentence(folder, text, said):
 def test_a_sweep_runs_each_point_once_and_keeps_failures_as_rows(folder, comm, capfd, monkeypatch):
     """Six points: two designs alike, thick film refused by the design, two pressures by the command."""
     arguments = ["sweep", str(folder / "study.toml"), "--out", str(folder / "out"), "--workers", "2"]
+    if comm.size > 1 and MPI.Query_thread() < MPI.THREAD_SERIALIZED:  # PETSc may have started MPI so
+        assert main(arguments) == 2
+        assert comm.rank or "started without threads" in capfd.readouterr().err
+        return
     assert main(arguments) == 0
     if comm.rank == 0:
         results = json.loads((folder / "out" / "results.json").read_text())
