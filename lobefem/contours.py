@@ -62,7 +62,7 @@ def horizontal_displacements(
     low = min(float((x @ skin.axis).min()) for x in extents)
     high = max(float((x @ skin.axis).max()) for x in extents)
     horizontal = [u @ right for u in skin.fields]
-    limits = min(map(np.min, horizontal)), max(map(np.max, horizontal))
+    limits = min(float(u.min()) for u in horizontal), max(float(u.max()) for u in horizontal)
     ticks = np.array(MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(*limits))
     # a band about each, so that the round-off of what has not moved draws no border
     half = (ticks[1] - ticks[0]) / 2

@@ -387,6 +387,6 @@ def _lines(film: Skin) -> list[list[int]]:
     if film.grid is None:
         return []
     rings, around = film.grid.shape
-    meridians = [film.grid[:, j].tolist() for j in range(0, around, max(around // 8, 1))]
-    circles = [[*film.grid[i].tolist(), int(film.grid[i, 0])] for i in (0, rings - 1)]
+    meridians: list[Any] = [film.grid[:, j].tolist() for j in range(0, around, max(around // 8, 1))]
+    circles: list[Any] = [[*film.grid[i].tolist(), int(film.grid[i, 0])] for i in (0, rings - 1)]
     return [*meridians, *circles]

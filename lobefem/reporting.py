@@ -138,7 +138,7 @@ class _Bar:
     def __call__(self, text: str) -> None:
         share = share_of(text)
         self._clock.tell(share)
-        known = {"total": None} if share is None else {"total": 1.0, "completed": share}
+        known: dict[str, Any] = {"total": None} if share is None else {"total": 1.0, "completed": share}
         self._progress.update(self._task, description=str(text), **known)
 
     def say(self, line: str) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 
 __all__ = ["Stop"]
 
-_WORDS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+_WORDS: dict[int, str] = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 
 
 class Stop:
@@ -55,7 +55,7 @@ class Stop:
             time.sleep(3.0)
         self.hush()
         where = f" (rank {rank})" if rank else ""
-        os.write(2, f"lobefem: {_WORDS[signal.Signals(number)]}{self.note()}{where}\n".encode())
+        os.write(2, f"lobefem: {_WORDS[number]}{self.note()}{where}\n".encode())
         if self.comm is not None and self.comm.size > 1:
             self.comm.Abort(code)
         os._exit(code)
