@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
-from scipy.sparse.csgraph import connected_components
 
 from lobefem import _dolfinx
 from lobefem.errors import InputError
@@ -60,6 +58,10 @@ def require_manifold(surface: Any, closed: bool) -> None:
 
 def _num_parts(mesh: Any, corners: Integers) -> int:
     """Number of pieces that share no node. Collective."""
+    # slow to import, and lobefem's own meshes do without
+    from scipy import sparse
+    from scipy.sparse.csgraph import connected_components
+
     count = len(mesh.geometry.x)
     first = np.repeat(corners[:, 0], corners.shape[1])
     graph = sparse.coo_array((np.ones(first.size), (first, corners.ravel())), shape=(count, count))

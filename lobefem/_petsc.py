@@ -45,6 +45,10 @@ _INERTIA = {"mat_mumps_icntl_13": 1}
 COMPRESS = 300_000
 _COMPRESSED = {"mat_mumps_icntl_35": 2, "mat_mumps_cntl_7": 1e-10}
 _EXACT = {"mat_mumps_icntl_35": 0, "mat_mumps_cntl_7": 0.0}
+# The three unknowns of a node as one in the analysis, which then takes half the time: in blocks of three
+# where the matrix is made of them alone. (MUMPS takes blocks of other sizes, too; PETSc passes them on from
+# 3.23 on and on one rank only.)
+_NODES, _SINGLY = {"mat_mumps_icntl_15": -3}, {"mat_mumps_icntl_15": 0}
 _ours: dict[str, str] = {}  # options that `set_direct_solver` has put into PETSc's database
 
 # relative asymmetry below which a tangent counts as symmetric
@@ -114,7 +118,9 @@ def _check_options(text: str) -> None:
         after_name = is_name
 
 
-def set_direct_solver(ksp: Any, symmetric: bool, *, compressed: bool = False, inertia: bool = False) -> None:
+def set_direct_solver(
+    ksp: Any, symmetric: bool, *, compressed: bool = False, inertia: bool = False, whole_nodes: bool = False
+) -> None:
     """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not.
 
     Options of the user's under the solver's prefix make it another solver.
@@ -127,6 +133,7 @@ def set_direct_solver(ksp: Any, symmetric: bool, *, compressed: bool = False, in
         symmetric: whether its matrices are.
         compressed: factors of low rank block by block, and a few steps of GMRES with them.
         inertia: whether the factors are asked for theirs.
+        whole_nodes: whether the matrices consist of 3 x 3 blocks (`ConstraintMap.whole_nodes`).
     """
     ksp.setType(PETSc.KSP.Type.GMRES if compressed else PETSc.KSP.Type.PREONLY)
     if compressed:
@@ -134,7 +141,12 @@ def set_direct_solver(ksp: Any, symmetric: bool, *, compressed: bool = False, in
     pc = ksp.getPC()
     pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)
     pc.setFactorSolverType("mumps")
-    values = _MUMPS | (_COMPRESSED if compressed else _EXACT) | (_INERTIA if inertia else {})
+    values = (
+        _MUMPS
+        | (_NODES if whole_nodes else _SINGLY)
+        | (_COMPRESSED if compressed else _EXACT)
+        | (_INERTIA if inertia else {})
+    )
     prefix = pc.getOptionsPrefix() or ""
     database: Any = PETSc.Options(prefix)
     for name, value in values.items():

@@ -33,6 +33,8 @@ Array = npt.NDArray[np.float64]
 # Newton steps with a kept tangent that cost less than a new one, its factorisation and its own steps, on
 # a mesh of that many unknowns
 _CHEAP_STEPS, _MANY = 10, 9000
+# a residual that falls to this share in one step vouches for the next one with the same tangent
+_FAST = 0.25
 
 _WORDS = {
     "CONVERGED_FNORM_ABS": "converged, residual below tolerance",
@@ -68,6 +70,9 @@ class EnergySearch:
     than it can resolve; Armijo's test then fails by chance, where the approximate one of Hager and
     Zhang (2005), E <= E0 + eps, accepts.
 
+    A step with a kept tangent, one of a series whose residual falls fast, is judged by that: its energy is
+    that of the quadratic model, E0 + r.dx/2, which takes no integration.
+
     Args:
         balloon: whose energy.
 
@@ -84,6 +89,7 @@ class EnergySearch:
         self._stiffness: Any = None
         self._tangent_at: Array | None = None  # where SNES's matrix was assembled
         self._norm = math.inf
+        self._kept: Any = None  # where the step with a kept tangent starts
         self._known: tuple[Array, tuple[float, float]] | None = None  # the last energy, and where
 
     def assemble(self, x: Any, before: Any = None) -> Any:
@@ -110,7 +116,7 @@ class EnergySearch:
             x: unknowns.
             last: those before the last step, for the stress that it predicted; x is written there.
         """
-        self._base = None
+        self._base, self._kept = None, None
         before, self._norm = self._norm, snes.getFunctionNorm()
         begins = not snes.getIterationNumber()
         if last is not None:
@@ -122,6 +128,8 @@ class EnergySearch:
             large = self.balloon.contact is None and self.balloon.map.size > _MANY
             falls = not begins and self._norm < before
             if large and falls and self._norm * (self._norm / before) ** _CHEAP_STEPS <= atol:
+                if self._norm < _FAST * before:
+                    self._kept = x.copy()
                 return
             if self._same(self._tangent_at, x):
                 return
@@ -130,6 +138,11 @@ class EnergySearch:
 
     def __call__(self, snes: Any, x: Any) -> float:
         """The objective at x. Collective."""
+        if self._kept is not None:
+            step = x - self._kept
+            change = snes.getFunction()[0].dot(step) / 2
+            step.destroy()
+            return float(change)
         if self._base is None:
             self.balloon.freeze_plates(x)
             if self.balloon.load.convention != "closed":  # the plates' area vectors are others now
@@ -248,7 +261,9 @@ def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = 
     if search.balloon.forms.has_energy and (symmetric or search.balloon.motion is not None):
         snes.setObjective(search)
     snes.setConvergenceTest(search.converged)
-    _petsc.set_direct_solver(snes.getKSP(), symmetric, compressed=search.balloon.map.size >= _petsc.COMPRESS)
+    q = search.balloon.map
+    compressed = q.size >= _petsc.COMPRESS
+    _petsc.set_direct_solver(snes.getKSP(), symmetric, compressed=compressed, whole_nodes=q.whole_nodes)
     # petsc4py before 3.23 has no handle on the line search
     with _petsc.options(snes.getOptionsPrefix(), {"snes_linesearch_type": line_search}):
         snes.setFromOptions()

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
 
 # isort: split
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from lobefem.guides import Guide, PushedNodes
@@ -41,6 +42,7 @@ class ConstraintMap:
 
     Attributes:
         local_size, size: unknowns q on this rank and in all.
+        whole_nodes: whether q is made of nodes free in x, y and z, and of nothing else.
 
     Collective.
     """
@@ -77,6 +79,8 @@ class ConstraintMap:
         offset = self.comm.exscan(self.local_size) or 0
         self.size = self.comm.allreduce(self.local_size)
         self._offset = offset
+        whole = not self.num_parameters and free.reshape(-1, 3).all(axis=1).sum() * 3 == self.free.size
+        self.whole_nodes = bool(self.comm.allreduce(bool(whole), op=MPI.LAND))
         self.parameter_columns = np.arange(self.size - self.num_parameters, self.size, dtype=PETSc.IntType)
         self._jacobian: Any = None
         self._jacobian_w: Array | None = None

@@ -68,21 +68,28 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
     cells = coarse.order * coarse.surface.divisions[0]
     rows, row_weights = _within_lobe(fine_row, cells)
     columns, column_weights = _around(fine_column, around)
-    at = rows[:, :, None] * around + columns[:, None, :]
-    needed, local = np.unique(at, return_inverse=True)
+    at = (rows[:, :, None] * around + columns[:, None, :]).reshape(-1, 16)
     count = (coarse.surface.num_lobes * cells + 1) * around
-    values = _collect(coarse, row * around + column, needed, count)[local.reshape(at.shape)]
-    # from the coarse node's azimuth to the fine one's
-    turn = np.pi * (fine_column[:, None] - 2 * columns) / around
-    c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
-    x, y, z = np.moveaxis(values, -1, 0)
-    weights = row_weights[:, :, None] * column_weights[:, None, :]
-    turned = np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
-    owned = balloon.map.owned
-    balloon.u.x.array[:owned] = np.einsum("nab,nabi->ni", weights, turned).ravel()
+    wanted = np.zeros(count, dtype=bool)
+    wanted[at] = True
+    needed = np.flatnonzero(wanted)
+    values = _collect(coarse, row * around + column, needed, count)
+    # radial, hoop and axial components, each at its own node's azimuth
+    values = _turned(values, -2 * np.pi / around * (needed % around))
+    weights = (row_weights[:, :, None] * column_weights[:, None, :]).reshape(-1, 16)
+    local = np.cumsum(wanted) - 1
+    found = np.einsum("na,nai->ni", weights, values[local[at]])
+    balloon.u.x.array[: balloon.map.owned] = _turned(found, np.pi / around * fine_column).ravel()
     balloon.u.x.scatter_forward()
     w, _, _ = coarse.map.plate_parameters(coarse.map.parameters(q))
     return balloon.map.unknowns(balloon.u, w)
+
+
+def _turned(vectors: Array, angle: Array) -> Array:
+    """Vectors (n, 3) turned about z by angles (n,) [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    x, y, z = vectors.T
+    return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
 
 
 def _collect(coarse: Balloon, places: Integers, needed: Integers, count: int) -> Array:

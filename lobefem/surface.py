@@ -112,6 +112,8 @@ class Surface(Glanceable):
         num_lobes: number of lobes in the stack.
         copies: how many turned copies of it close the surface: 1, or `cyclic_order` for one sector.
         grading: of a structured mesh, see `lobed_cylinder`.
+        sound: whether it is known for a surface that gas can press on, as lobefem's own are; all others
+            are examined by `Balloon`.
     """
 
     mesh: Mesh
@@ -125,6 +127,7 @@ class Surface(Glanceable):
     num_lobes: int
     copies: int = 1
     grading: float = 0.0
+    sound: bool = False
 
     def to_pyvista(self) -> Any:
         """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.
@@ -253,7 +256,9 @@ def _make(
     size: float | None,
     sector: bool,
     comm: Any,
+    known: bool = False,
 ) -> Surface:
+    """A surface; that of a `known` grid, which Gmsh has meshed on a finer one, is numbered without it."""
     lobes = checks.integer("the number of lobes", lobes, 1)
     if lobes > _MAX_LOBES:
         raise InputError(f"the number of lobes is {lobes}; give {_MAX_LOBES} or less")
@@ -295,7 +300,7 @@ def _make(
     fewer = "try fewer divisions" if layout == "structured" else "try a larger size"
     require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
     net: _net.Net | None
-    if counts is not None and comm.size > 1 and order == 1:  # each rank numbers its own rows
+    if counts is not None and (comm.size > 1 or known) and order == 1:  # each rank numbers its own rows
         net = _net.grid(shape, lobes, counts, cut, grading, comm.rank, comm.size)
     else:
         net = _distribute.on_root(comm, build)
@@ -322,6 +327,7 @@ def _make(
         num_lobes=lobes,
         copies=sectors if sector and sectors is not None else 1,
         grading=grading,
+        sound=True,
     )
     surface.axis.flags.writeable = False
     logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), cell, num_nodes)
@@ -369,20 +375,22 @@ def coarser(surface: Surface) -> Surface | None:
     even = surface.divisions == (2 * along, 2 * around)
     if not even or along < 4 or around < 4 or (_diagonals(surface) == "alternating" and around % 2):
         return None
-    return _alike(surface, (along, around))
+    return _alike(surface, (along, around), known=True)
 
 
 def _diagonals(surface: Surface) -> str:
     return "same" if surface.divisions and surface.cyclic_order == surface.divisions[1] else "alternating"
 
 
-def _alike(surface: Surface, divisions: tuple[int, int], sector: bool = False) -> Surface:
+def _alike(
+    surface: Surface, divisions: tuple[int, int], sector: bool = False, known: bool = False
+) -> Surface:
     """A structured surface again, with other divisions or one sector of it. Collective."""
     cell = surface.mesh.topology.cell_name()
     order = 1 if _dolfinx.geometry_dofmap(surface.mesh).shape[1] == {"triangle": 3}.get(cell, 4) else 2
     return _make(
         surface.shape, surface.num_lobes, (1, 3), divisions, cell, order, _diagonals(surface),
-        surface.grading, "structured", None, sector, surface.mesh.comm,
+        surface.grading, "structured", None, sector, surface.mesh.comm, known,
     )  # fmt: skip
 
 

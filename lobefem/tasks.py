@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import lobefem
-from lobefem.branches import follow
 from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
@@ -220,6 +219,7 @@ def modes(
 
 def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
     """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
+    from lobefem.branches import follow  # slow to import, as is SciPy with it
     from lobefem.stability import Modes
 
     sweep = {
