@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import platform
+import re
 import sys
 import tempfile
 from collections.abc import Callable
@@ -14,6 +15,8 @@ from typing import Any
 
 __all__ = ["CHECKS", "Finding", "examine"]
 
+# the process's memory map, and the file of Netlib's BLAS in it (those of others have no such number)
+_MAPS, _NETLIB = Path("/proc/self/maps"), re.compile(r"\S*/libblas\.so\.3\.\d+\S*")
 # how many processes Open MPI, or MPICH and its kin, started
 _SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
 
@@ -78,6 +81,19 @@ def _mumps() -> str:
     if negative != 1:
         raise RuntimeError(f"counts {negative} negative eigenvalues of diag(2, -1)")
     return "factorises"
+
+
+def _blas() -> str:
+    """Netlib's reference BLAS works, and takes five times as long for a factorisation."""
+    from lobefem import _petsc  # noqa: F401  brings it
+
+    try:
+        slow = _NETLIB.search(_MAPS.read_text(encoding="utf-8", errors="replace"))
+    except OSError:
+        return "not known on this system"
+    if slow is not None:
+        raise RuntimeError(f"{slow[0]} is Netlib's, several times slower than an optimised one")
+    return "not Netlib's slow one"
 
 
 def _compiler() -> str:
@@ -153,6 +169,7 @@ CHECKS: dict[str, tuple[Callable[[], str], str]] = {
     ),
     "scalars": (_scalars, "use a PETSc of real double-precision scalars (python3-dolfinx-real)"),
     "MUMPS": (_mumps, "use a PETSc that was built with MUMPS; Debian's and PyPI's are"),
+    "BLAS": (_blas, "install an optimised one (Debian: libopenblas0-serial)"),
     "compiler": (_compiler, "install a C compiler (Debian: gcc libc6-dev), or set CC to yours"),
     "MPI": (
         _ranks,

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import textwrap
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -29,6 +30,14 @@ def raises(*arguments, **options):
     raise RuntimeError("something is\n  broken")
 
 
+# a line of a process's memory map where Debian's libblas3 is all there is
+NETLIB = SimpleNamespace(
+    read_text=lambda **_: (
+        "7f1-7f2 r-xp 0 00:1f 11 /usr/lib/libm.so.6\n"
+        "7f3-7f4 r-xp 0 00:1f 12 /usr/lib/x86_64-linux-gnu/blas/libblas.so.3.12.1\n"
+    )
+)
+
 FAULTS = {
     "finite elements": (
         missing("slepc4py"),
@@ -44,6 +53,11 @@ FAULTS = {
         lambda m: m.setattr(_petsc, "num_negative", lambda matrix: 0),
         "counts 0 negative",
         "built with MUMPS",
+    ),
+    "BLAS": (
+        lambda m: m.setattr(doctor, "_MAPS", NETLIB),
+        "/usr/lib/x86_64-linux-gnu/blas/libblas.so.3.12.1 is Netlib's",
+        "install an optimised one (Debian: libopenblas0-serial)",
     ),
     "compiler": (
         lambda m: m.setattr(_dolfinx, "form", raises),
