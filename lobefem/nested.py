@@ -85,7 +85,7 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
     return balloon.map.unknowns(balloon.u, w)
 
 
-def _turned(vectors: Array, angle: Array) -> Array:
+def _turned(vectors: Array, angle: npt.NDArray[np.floating[Any]]) -> Array:
     """Vectors (n, 3) turned about z by angles (n,) [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vectors.T
