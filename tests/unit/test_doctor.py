@@ -124,5 +124,5 @@ def test_where_nothing_is_installed_everything_is_said_to_be_missing():
 def test_contact_refuses_wheels_that_end_the_process(monkeypatch):
     ipctk = pytest.importorskip("ipctk")
     monkeypatch.setattr(ipctk, "__version__", "1.6.1")
-    with pytest.raises(MissingDependencyError, match="1.6.1 end the process on a processor without AVX-512"):
+    with pytest.raises(MissingDependencyError, match="end the process on a processor without AVX-512"):
         contact._import_ipctk()
