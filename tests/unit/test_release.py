@@ -15,7 +15,7 @@ from lobefem.distortions import Tip, distort
 from lobefem.equilibrium import inflate
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
-from lobefem.flow import Flow, Ledger, damping_scale
+from lobefem.flow import Flow, Ledger, _to_and_fro, damping_scale
 from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
 from lobefem.release import DISTORTED, NO_EQUILIBRIUM, RETURNED, Moment, release
@@ -242,6 +242,15 @@ def test_numbers_out_of_range_are_refused(comm, change, text):
     empty = Moment(balloon, 0.0, 0.0, rest.unknowns)
     with pytest.raises(InputError, match="needs a gas pressure"):
         release(empty)
+
+
+def test_going_to_and_fro_is_told_from_converging():
+    # of a stack bent by 15 degrees under `film` load, where contact passed from facet to facet
+    assert _to_and_fro([2.78, 5.72, 0.07127, 0.07157, 0.07131, 0.07157, 0.07131])
+    assert _to_and_fro([3.0, 1.0, 0.5, 1.0, 0.5, 1.0])
+    assert not _to_and_fro([2.78, 5.72, 0.07127, 0.07157, 0.07131])
+    assert not _to_and_fro([368.0, 28.6, 2.56, 0.327, 2.9e-4])
+    assert not _to_and_fro([1.0, 0.97, 0.94, 0.91, 0.88, 0.85])  # slow, but on its way
 
 
 def test_round_off_of_stiff_hoops_does_not_end_a_motion(comm):
