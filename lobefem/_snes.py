@@ -25,6 +25,7 @@ __all__ = [
     "free_share",
     "has_symmetric_load",
     "largest_step",
+    "round_off",
     "set_up",
 ]
 
@@ -164,11 +165,7 @@ class EnergySearch:
         return bool(self.balloon.comm.allreduce(same, op=MPI.LAND))
 
     def converged(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
-        """Whether the residual is below the tolerance, or below what it can resolve. Collective.
-
-        That is what the last digit of the unknowns makes of stiff hoops: one of 5e9 N/m an edge turns
-        the rounding of a displacement of 0.3 m into 1e-7 N.
-        """
+        """Whether the residual is below the tolerance, or below what it can resolve. Collective."""
         why: Any = PETSc.SNES.ConvergedReason
         if not math.isfinite(norms[2]):
             # PETSc 3.24 renamed it
@@ -178,14 +175,25 @@ class EnergySearch:
         cut = self.separation.share if iteration and self.separation is not None else 1.0
         if self.limit < math.inf and cut < STUCK:
             return why.DIVERGED_LINE_SEARCH
-        floor = 0.0
-        if iteration:
-            noise = self._stiffness.duplicate()
-            noise.pointwiseMult(self._stiffness, snes.getSolution())
-            floor = np.finfo(float).eps / 2 * noise.norm()
-            noise.destroy()
+        floor = round_off(self._stiffness, snes.getSolution()) if iteration else 0.0
         _, atol, _, _ = snes.getTolerances()
         return why.CONVERGED_FNORM_ABS if norms[2] <= max(atol, floor) else why.CONVERGED_ITERATING
+
+
+def round_off(stiffness: Any, q: Any) -> float:
+    """The residual that the last digit of the unknowns makes [N, N m]. Collective.
+
+    A hoop of 5e9 N/m an edge turns the rounding of a displacement of 0.3 m into 1e-7 N.
+
+    Args:
+        stiffness: diagonal of the tangent.
+        q: unknowns.
+    """
+    noise = stiffness.duplicate()
+    noise.pointwiseMult(stiffness, q)
+    floor = np.finfo(float).eps / 2 * noise.norm()
+    noise.destroy()
+    return float(floor)
 
 
 def has_symmetric_load(balloon: Balloon, q: Any) -> bool:

@@ -72,6 +72,7 @@ def inflate(
     design: options.DesignFile,
     lift: options.Lift = None,
     prestress: options.Prestress = None,
+    setup: options.Setup = None,
     pressure: options.OnePressure = None,
     petsc: options.Petsc = None,
 ) -> None:
@@ -91,6 +92,7 @@ def modes(
     design: options.DesignFile,
     lift: options.Lift = None,
     prestress: options.Prestress = None,
+    setup: options.Setup = None,
     pressure: options.Pressures = None,
     state: options.State = "ideal",
     count: options.Count = "8",
@@ -184,6 +186,7 @@ def perturb(
     bend: options.Bend = None,
     twist: options.Twist = None,
     wave: options.Wave = None,
+    setup: options.Setup = None,
     pressure: options.OnePressure = None,
     release: options.Release = False,
     contact: options.Contact = True,

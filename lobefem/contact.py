@@ -38,6 +38,8 @@ Array = npt.NDArray[np.float64]
 # s of `Contact._around` over the activation distance
 _REACH = 1.0
 SHARE = 0.25  # of the smallest distance at rest between facets that share no node
+_ILLEGAL = "1.6.1"
+_GET = f"pip install 'ipctk>=1.6,!={_ILLEGAL}'"
 _FAILED = "ipctk failed ({}); try a smaller step"
 
 
@@ -390,5 +392,9 @@ def _import_ipctk() -> Any:
     try:
         import ipctk
     except ImportError as error:
-        raise MissingDependencyError(f"self-contact needs ipctk ({error}); run: pip install ipctk") from error
+        raise MissingDependencyError(f"self-contact needs ipctk ({error}); run: {_GET}") from error
+    if getattr(ipctk, "__version__", "") == _ILLEGAL:
+        raise MissingDependencyError(
+            f"the wheels of ipctk {_ILLEGAL} end the process on a processor without AVX-512; run: {_GET}"
+        )
     return ipctk

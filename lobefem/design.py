@@ -31,12 +31,13 @@ from lobefem.units import LENGTH, shown
 
 if TYPE_CHECKING:
     from lobefem.balloon import Balloon
+    from lobefem.films import Film as FilmLaw
     from lobefem.surface import Surface
 
 __all__ = ["Design"]
 
 _MAX_BYTES = 50_000  # of a design file; whatever it holds is then read in seconds
-_SLACK = {"isotropic": 0.0, "fixed-wrinkles": 0.0, "tension-field": 1e-6}
+_SLACK = {"isotropic": 0.0, "fixed-wrinkles": 0.0, "tension-field": 1e-6, "imp": 1e-6, "load-path": 1e-6}
 
 
 class Design(Section):
@@ -66,11 +67,25 @@ class Design(Section):
         if film.slack_stiffness is None:
             fill(film, "slack_stiffness", _SLACK[film.law])
         if film.prestress is None:
-            fill(film, "prestress", lobed and film.law == "fixed-wrinkles")
+            fill(film, "prestress", lobed and (film.law == "fixed-wrinkles" or film.setup == "load-path"))
         elif film.prestress and not lobed:
             raise ValueError("film.prestress = true needs an isotensoid; leave it out for a cylinder")
+        if film.setup == "load-path":
+            self._check_path(lobed)
         fill(self, "film", film)
         return self
+
+    def _check_path(self, lobed: bool) -> None:
+        if not lobed:
+            raise ValueError("film.setup = 'load-path' needs an isotensoid; leave it out for a cylinder")
+        number = len(self.pressure.value)
+        if number != 1:
+            raise ValueError(
+                f"film.setup = 'load-path' sets up the stress of one pressure, not of {number}; give one in "
+                "[pressure], or leave it out"
+            )
+        if not self.pressure.value[0]:
+            raise ValueError("film.setup = 'load-path' needs a pressure above 0; give one in [pressure]")
 
     # --- reading and writing --------------------------------------------------------------------
 
@@ -223,32 +238,51 @@ class Design(Section):
             surface: from `surface`.
             prestressed: whether the isotensoid's stress is built in (default: as designed).
             contact: whether film and plates touch each other rather than pass through.
+
+        Raises:
+            ConvergenceError: no equilibrium of the load path that is to set up the stress.
         """
         from lobefem.balloon import Balloon
         from lobefem.cables import Hoops as Seams
         from lobefem.contact import SelfContact
-        from lobefem.films import FILMS
         from lobefem.loads import GasPressure
         from lobefem.plates import EndPlates
 
         film, plates = self.film, self.plates
-        material: dict[str, Any] = {"E": film.E, "nu": film.nu, "thickness": film.thickness}
-        if film.law != "isotropic":
-            material["slack_stiffness"] = film.slack_stiffness
         parts: list[Any] = [GasPressure(self.pressure.load)]
         if self.hoops.enabled:
             parts.append(Seams(EA=self.hoops.EA))
         parts.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
-        if contact:
-            parts.append(SelfContact())
+        touching = [SelfContact()] if contact else []
         built_in = bool(film.prestress) if prestressed is None else prestressed
+        path = None
+        if built_in and film.setup == "load-path":
+            from lobefem.equilibrium import inflate
+
+            path = inflate(Balloon(surface, self._law("load-path"), parts), self.pressure.value[0])
         return Balloon(
             surface,
-            FILMS[film.law](**material),
-            parts,
-            prestressed=built_in,
+            self._law(film.law),
+            [*parts, *touching],
+            prestressed=built_in and path is None,
             hoop_slack=film.hoop_slack if built_in else 0.0,
+            load_path=path,
         )
+
+    def _law(self, law: str) -> FilmLaw:
+        """The designed film with one of the laws."""
+        from lobefem.films import FILMS
+        from lobefem.imp import STRESS_LAWS
+
+        film = self.film
+        material: dict[str, Any] = {"E": film.E, "nu": film.nu, "thickness": film.thickness}
+        if law != "isotropic":
+            share = film.slack_stiffness
+            # a path needs a tangent in slack film whatever takes over
+            material["slack_stiffness"] = share if law == film.law else share or _SLACK[law]
+        if law == film.law and law in STRESS_LAWS:
+            material["tangent"] = film.tangent
+        return {**FILMS, **STRESS_LAWS}[law](**material)
 
 
 def _read(path: Path) -> tuple[dict[str, Any] | None, str]:

@@ -6,6 +6,8 @@ import importlib
 import os
 import platform
 import re
+import signal
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
@@ -155,9 +157,32 @@ def _rendering() -> str:
     return f"PyVista {pyvista.__version__} draws off-screen"
 
 
+_TOUCH = """
+import ipctk
+import numpy as np
+
+x = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 0.1), (1, 0, 0.1), (0, 1, 0.1)])
+facets = np.array([(0, 1, 2), (3, 4, 5)], dtype=np.int32)
+mesh = ipctk.CollisionMesh(x, ipctk.edges(facets), facets)
+pairs = ipctk.NormalCollisions()
+pairs.build(mesh, x, 0.2)
+print(ipctk.BarrierPotential(0.2, 1.0, True)(pairs, mesh, x) > 0)
+"""
+
+
 def _contact() -> str:
+    """Two facets repel each other, in another process: a wheel for another processor ends it."""
     ipctk = importlib.import_module("ipctk")
-    return f"ipctk {getattr(ipctk, '__version__', '')}".strip()
+    name = f"ipctk {getattr(ipctk, '__version__', '')}".strip()
+    touch = subprocess.run(
+        [sys.executable, "-c", _TOUCH], capture_output=True, text=True, timeout=60, check=False
+    )
+    if touch.returncode < 0:
+        killed = signal.Signals(-touch.returncode).name
+        raise RuntimeError(f"{name} ends by {killed}: it was built for another processor")
+    if touch.stdout.strip() != "True":
+        raise RuntimeError(f"{name} finds no contact: {(touch.stderr.strip().splitlines() or ['?'])[-1]}")
+    return name
 
 
 CHECKS: dict[str, tuple[Callable[[], str], str]] = {
@@ -178,7 +203,7 @@ CHECKS: dict[str, tuple[Callable[[], str], str]] = {
     ),
     "Gmsh": (_gmsh, "install Gmsh with its system libraries (Debian: python3-gmsh, or libglu1-mesa libxft2)"),
     "pictures": (_rendering, "install OpenGL (Debian: libegl1 libgl1-mesa-dri), or run under xvfb-run -a"),
-    "contact": (_contact, "pip install ipctk"),
+    "contact": (_contact, "pip install 'ipctk>=1.6,!=1.6.1'"),
 }  # fmt: skip
 
 

@@ -209,7 +209,8 @@ def inflate(
         pressure: gas pressure [Pa].
         prestress: pressure whose meridional stress is built in [Pa]; by default `pressure` for a
             prestressed balloon and 0 otherwise.
-        start: state to start from (default: the reference shape, drawn along with a lifted rim).
+        start: state to start from (default: the reference shape, drawn along with a lifted rim; of film
+            with a load path's stress that state, in whose shape it carries it).
         rtol: norm of the residual over that of the pressure's nodal forces.
         max_iterations: Newton iterations of one solve.
         min_step: smallest pressure step, as a share of the whole.
@@ -236,6 +237,9 @@ def inflate(
             f"the start has {start.balloon.map.size} unknowns and this balloon {balloon.map.size}; start "
             "from a state on the same mesh with the same supports"
         )
+    path = balloon.load_path
+    if start is None and path is not None and path.balloon.map.size == balloon.map.size:
+        start = path
     q = start.vector() if start is not None else _drawn_along(balloon)
     _check_start(balloon, q, start)
     guess = None

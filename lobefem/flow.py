@@ -40,8 +40,11 @@ _OPTIONS = {
 }
 # Newton iterations of a step of the right length, and those after which it is taken again by half
 _WANTED, _FAILED = 6, 10
-# residual over a step's first one: of a solution, and of one that Newton's method goes to and fro about
-_CLOSE, _ROUGH = 1e-4, 3e-2
+# residual over a step's first one: of a solution, of the last iteration where film touches, and of one about
+# which Newton's method goes to and fro
+_CLOSE, _ROUGH, _FRO = 1e-4, 3e-2, 0.1
+# norms of two iterations alike to this are those of going to and fro
+_ALIKE = 0.02
 
 
 @dataclass(frozen=True)
@@ -178,6 +181,7 @@ class Flow:
         self._shift = 0.0
         self._earlier = 0
         self._start_norm = self._energy = 0.0
+        self._norms: list[float] = []  # of the present solve
         self._redo: Record | None = None
         symmetric = _snes.has_symmetric_load(balloon, q)
         self._load = balloon.load_norm(q) or 1.0
@@ -185,7 +189,10 @@ class Flow:
         ts.setOptionsPrefix(PREFIX)
         ts.setType(PETSc.TS.Type.BEULER)
         ts.setIFunction(self._function, self._r)
-        ts.setIJacobian(self._tangent, balloon.tangent(q))
+        K = balloon.tangent(q)
+        # hoops make nearly all of the round-off, and their stiffness stays
+        self._stiffness = K.getDiagonal()
+        ts.setIJacobian(self._tangent, K)
         ts.setPreStep(self._before)
         ts.setPostStep(self._after)
         ts.setTolerances(rtol=0.0, atol=tolerance)
@@ -239,10 +246,15 @@ class Flow:
             return why.DIVERGED_DTOL
         if its == 0:
             self._start_norm = norm
-        enough = _ROUGH if its >= _FAILED and self.balloon.contact is not None else _CLOSE
-        if norm > max(0.1 * self.settled * self._load, enough * self._start_norm):
-            return None
+            self._norms = []
+        self._norms.append(norm)
+        enough = _CLOSE
+        if self.balloon.contact is not None:
+            enough = _FRO if _to_and_fro(self._norms) else _ROUGH if its >= _FAILED else _CLOSE
         x = snes.getSolution()
+        floor = _snes.round_off(self._stiffness, x) if its else 0.0
+        if norm > max(0.1 * self.settled * self._load, enough * self._start_norm, floor):
+            return None
         x.copy(self._change)
         self._change.axpy(-1.0, self._begin)
         self._mass.mult(self._change, self._work)
@@ -341,9 +353,9 @@ class Flow:
             self._force.scale(-1.0)
             self._force.axpy(self._holding, self._held)
         self._state = state
-        # Newton's reach limits the steps, not their error
+        # Newton's reach limits the steps, not their error; going to and fro says nothing of it
         its = ts.getSNES().getIterationNumber()
-        share = _WANTED / max(its, 1) if its < _FAILED else 1.0
+        share = 2.0 if _to_and_fro(self._norms) else _WANTED / max(its, 1) if its < _FAILED else 1.0
         ts.setTimeStep(min(ts.getTimeStep(), share / self._shift))
         redo, self._redo = self._redo, None
         if redo is not None:
@@ -426,9 +438,16 @@ class Flow:
         """Free the PETSc objects and with them the references to the balloon."""
         self.ts.destroy()
         for v in (
-            self._r, self._force, self._held, self._change, self._work, self._begin, self._last, self._mass
+            self._r, self._force, self._held, self._change, self._work, self._begin, self._last, self._mass,
+            self._stiffness,
         ):  # fmt: skip
             v.destroy()
+
+
+def _to_and_fro(norms: Sequence[float]) -> bool:
+    """Whether residual norms of Newton's iterations end as those of two places by turns."""
+    last = norms[-5:]
+    return len(last) == 5 and all(abs(a - b) <= _ALIKE * b for a, b in zip(last, last[2:], strict=False))
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.films import Number, TensionField
 
-__all__ = ["IMP", "PrescribedPath", "check_load_path"]
+__all__ = ["IMP", "STRESS_LAWS", "PrescribedPath", "check_load_path"]
 
 TANGENTS = ("consistent", "secant")
 
@@ -122,6 +122,9 @@ class PrescribedPath(IMP):
         slack = number(hoop_slack) if hoop_slack else 0.0
         E0 = [ufl.conditional(taut, e, 0.0) for e in (number(self.nu) * hoop, -hoop - slack)]
         return ufl.as_matrix([[E0[0], 0], [0, E0[1]]])
+
+
+STRESS_LAWS: dict[str, type[IMP]] = {"imp": IMP, "load-path": PrescribedPath}
 
 
 def check_load_path(load_path: Any, surface: Any) -> None:

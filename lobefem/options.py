@@ -51,6 +51,7 @@ __all__ = [
     "Report",
     "Resume",
     "RunDir",
+    "Setup",
     "Slack",
     "State",
     "Steps",
@@ -72,6 +73,7 @@ KEYS = {
     "film": "film.law",
     "slack_stiffness": "film.slack_stiffness",
     "prestress": "film.prestress",
+    "setup": "film.setup",
     "load": "pressure.load",
     "pressure": "pressure.value",
     "support": "plates.support",
@@ -109,7 +111,9 @@ DesignFile = Annotated[
     Path,
     typer.Argument(metavar="DESIGN.toml", help="Design file, see meshes/.", autocompletion=_design_files),
 ]
-FilmLaw = Annotated[Text, _option("--film", "LAW", "isotropic, fixed-wrinkles or tension-field.")]
+FilmLaw = Annotated[
+    Text, _option("--film", "LAW", "isotropic, fixed-wrinkles, tension-field, imp or load-path.")
+]
 Load = Annotated[Text, _option("--load", "LOAD", "film: gas on the film only; closed: on the plates too.")]
 Support = Annotated[
     Text,
@@ -135,6 +139,10 @@ Prestress = Annotated[
         show_default=False,
         rich_help_panel="The design, overridden",
     ),
+]
+Setup = Annotated[
+    Text,
+    _option("--setup", "HOW", "Built-in stress: initial-stress (closed form) or load-path (found by it)."),
 ]
 State = Annotated[
     str,

@@ -221,15 +221,44 @@ class Mesh(Section):
 
 
 class Film(Section):
-    """[film]: law and material; `slack_stiffness` and `prestress` follow the law if not given."""
+    """[film]: law and material; `slack_stiffness` and `prestress` follow the law if not given.
 
-    law: Annotated[str, _word("isotropic", "fixed-wrinkles", "tension-field")] = "fixed-wrinkles"
+    `setup` says how the built-in stress of `prestress` is found: in closed form, or by inflating unstressed
+    film with the prescribed load path at the design's pressure. `tangent` is Newton's for laws that are
+    written as a stress.
+    """
+
+    law: Annotated[str, _word("isotropic", "fixed-wrinkles", "tension-field", "imp", "load-path")] = (
+        "fixed-wrinkles"
+    )
     E: Annotated[float, _positive(STRESS)] = 3.5e9
     nu: Annotated[float, _quantity(NUMBER, "in (-1, 0.5]", lambda v: -1 < v <= 0.5)] = 0.3
     thickness: Annotated[float, _positive(LENGTH)] = 5e-5
     slack_stiffness: Annotated[float | None, _quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = None
     prestress: Annotated[bool | None, BeforeValidator(_flag)] = None
     hoop_slack: Annotated[float, _quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = 0.0
+    setup: Annotated[str, _word("initial-stress", "load-path")] = "initial-stress"
+    tangent: Annotated[str, _word("consistent", "secant")] = "consistent"
+
+    @model_validator(mode="after")
+    def _one_law(self) -> Film:
+        by_stress = ("imp", "load-path")
+        if self.tangent != "consistent" and self.law not in by_stress:
+            raise ValueError(
+                f"tangent = {self.tangent!r} needs a law written as a stress, {listed(by_stress)}, not "
+                f"{self.law!r}; leave it out"
+            )
+        if self.law == "load-path" and (self.prestress or self.setup != "initial-stress"):
+            key, value = (
+                ("setup", repr(self.setup)) if self.setup != "initial-stress" else ("prestress", "true")
+            )
+            raise ValueError(
+                f"{key} = {value} does not fit law = 'load-path', which finds the stress of unstressed film; "
+                "leave it out, or give the law that takes over, e.g. 'tension-field'"
+            )
+        if self.setup == "load-path" and self.prestress is False:
+            raise ValueError("setup = 'load-path' is a way to built-in stress; leave out prestress = false")
+        return self
 
 
 class Hoops(Section):

@@ -22,7 +22,7 @@ from lobefem.perturbation import perturb as impose
 from lobefem.stability import find_modes
 from lobefem.states import Keepable
 from lobefem.storage import RunFolder, Snapshot
-from lobefem.tasks import KINK, Outcome, Progress, check_state, failure, summary
+from lobefem.tasks import FIELDS, KINK, Outcome, Progress, check_state, failure, summary
 from lobefem.tracing import critical_point
 
 __all__ = ["critical", "harmonics", "mesh_study", "perturb"]
@@ -86,7 +86,7 @@ def critical(
             results["sides"] = {
                 name: _number(getattr(sides, name).pressure) for name in ("wrinkled", "mean", "taut")
             }
-        elif design.film.law == "tension-field":
+        elif design.film.law in FIELDS:
             found = slack_critical_pressure(balloon, harmonic=harmonic)
         else:
             found = critical_pressure(balloon, harmonic=harmonic)
@@ -126,6 +126,11 @@ def _along_path(
 ) -> None:
     """The first loss of stability along the inflated equilibria, into an outcome."""
     results = outcome.results
+    if design.film.setup == "load-path":
+        raise InputError(
+            "film.setup = 'load-path' sets up the stress of one pressure, and a search goes through many; "
+            "leave it out, or look at one with lobefem modes --state inflated"
+        )
     balloon = design.balloon(design.surface(comm))
     try:
         found = critical_point(
@@ -185,7 +190,7 @@ def harmonics(
     """
     check_state("ideal", design)
     results = summary("harmonics", design)
-    if design.film.law == "tension-field" and design.film.hoop_slack:
+    if design.film.law in FIELDS and design.film.hoop_slack:
         raise InputError(
             f"film.hoop_slack = {design.film.hoop_slack:g} makes a tangent not linear in the pressure; "
             "look at one harmonic at a time with lobefem critical --harmonic N"
@@ -348,7 +353,8 @@ def perturb(
 ) -> Outcome:
     """Pressurise, distort by a ramp, and release (paper sec. 6); every accepted step is kept. Collective.
 
-    Film of lobes carries their own stress from the start ("initial stress").
+    Film of lobes carries their own stress from the start, in closed form ("initial stress") or as the
+    prescribed load path has found it.
 
     Args:
         design: what to distort, at its one pressure.
@@ -368,6 +374,11 @@ def perturb(
     pressures = design.pressure.value
     if len(pressures) != 1 or pressures[0] <= 0:
         raise InputError(f"perturb takes one pressure above 0, not {pressures}; give --pressure 5, say")
+    if design.film.law == "load-path":
+        raise InputError(
+            "film.law = 'load-path' is a way to a stress and has no energy; distort the film that takes "
+            "over: --film tension-field --setup load-path"
+        )
     degrees = distortion.unit == "rad"
     results = summary("perturb", design) | {
         "distortion": distortion.kind,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from lobefem.stability import Mode
 
 __all__ = [
+    "FIELDS",
     "KINK",
     "SCHEMA",
     "STATES",
@@ -36,6 +37,7 @@ __all__ = [
 
 SCHEMA = 1  # of the results; a change that a reader must know of raises it
 STATES = ("ideal", "inflated")
+FIELDS = ("tension-field", "imp")  # laws with the tension field's stress
 
 _VERDICT = (
     "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
@@ -154,7 +156,7 @@ def modes(
     results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
     if design.film.law == "fixed-wrinkles":
         results["warnings"].append(_VERDICT)
-    if state == "ideal" and design.film.law == "tension-field" and not design.film.hoop_slack:
+    if state == "ideal" and design.film.law in FIELDS and not design.film.hoop_slack:
         results["warnings"].append(KINK)
     outcome = Outcome(results)
     balloon = design.balloon(design.surface(comm), prestressed=True if state == "ideal" else None)
@@ -237,6 +239,13 @@ def check_state(state: str, design: Design) -> None:
     """Refuse an unknown kind of state, or one that the design lacks, with an InputError."""
     if state not in STATES:
         raise InputError(f"state {state!r} is unknown; use ideal or inflated")
+    film = design.film
+    if state == "ideal" and "load-path" in (film.law, film.setup):
+        key = "law" if film.law == "load-path" else "setup"
+        raise InputError(
+            f"film.{key} = 'load-path' finds its stress in the inflated state, and the ideal state has "
+            "that of the closed form; use lobefem modes --state inflated, or leave it out"
+        )
     if state == "ideal" and not design.has_ideal_state:
         raise InputError(
             "a cylinder has no ideal state, for it carries no pressure as it is drawn; use "

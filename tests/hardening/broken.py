@@ -45,7 +45,8 @@ def cases(share, least):
 DIGITS = "9" * 5000
 WORDS = [
     "isotensoid", "cylinder", "formed", "triangle", "quadrilateral", "same", "alternating", "structured",
-    "unstructured", "isotropic", "fixed-wrinkles", "tension-field", "clamped", "pinned", "fixed", "film",
+    "unstructured", "isotropic", "fixed-wrinkles", "tension-field", "imp", "load-path",
+    "initial-stress", "consistent", "secant", "clamped", "pinned", "fixed", "film",
     "closed", "rigid", "none", "ideal", "inflated", "unit", "nodal",
 ]  # fmt: skip
 NUMBERS = [
@@ -132,7 +133,8 @@ DESIGN_FILES = st.one_of(random_tables(), mutated(), mutated(), st.binary(max_si
 
 COMMANDS = ("inflate", "modes", "critical", "harmonics", "perturb")
 PLAIN = {  # sound values, all of them of little work
-    "--film": ["isotropic", "fixed-wrinkles", "tension-field"],
+    "--film": ["isotropic", "fixed-wrinkles", "tension-field", "imp", "load-path"],
+    "--setup": ["initial-stress", "load-path"],
     "--load": ["film", "closed"],
     "--support": ["clamped", "pinned", "fixed"],
     "--lift": ["4 mm"],

@@ -9,7 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lobefem.design import Design
+from lobefem.equilibrium import inflate
 from lobefem.errors import InputError
+from lobefem.imp import IMP, PrescribedPath
 from lobefem.isotensoid import Isotensoid
 from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STRESS
 
@@ -163,7 +165,7 @@ def test_overrides_as_text_from_the_command_line():
         ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates or pressure "
          "(did you mean film?)"),
         ("[film]\nthicknes = 1", "'film.thicknes' is no key of [film]; use law, E, nu, thickness, "
-         "slack_stiffness, prestress or hoop_slack (did you mean thickness?)"),
+         "slack_stiffness, prestress, hoop_slack, setup or tangent (did you mean thickness?)"),
         ("film = 3", "film: 3 is not a table; write [film] and its keys below"),
         ("[film]\nthickness = '5 kPa'",
          "film.thickness: '5 kPa' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
@@ -174,8 +176,22 @@ def test_overrides_as_text_from_the_command_line():
         ("[film]\nE = nan", "film.E: nan is not a finite number; give pascals"),
         ("[film]\nnu = 0.6", "film.nu: 0.6 must be in (-1, 0.5]; give a number, e.g. 0.3"),
         ("[film]\nlaw = 'tension'", "film.law: 'tension' is unknown; use isotropic, "
-         "fixed-wrinkles or tension-field"),
+         "fixed-wrinkles, tension-field, imp or load-path"),
         ("[film]\nlaw = 'tension_field'", "(did you mean tension-field?)"),
+        ("[film]\nsetup = 'path'", "film.setup: 'path' is unknown; use initial-stress or load-path"),
+        ("[film]\ntangent = 'exact'", "film.tangent: 'exact' is unknown; use consistent or secant"),
+        ("[film]\ntangent = 'secant'", "film.tangent = 'secant' needs a law written as a stress, imp or "
+         "load-path, not 'fixed-wrinkles'; leave it out"),
+        ("[film]\nlaw = 'load-path'\nprestress = true", "film.prestress = true does not fit law = "
+         "'load-path', which finds the stress of unstressed film; leave it out, or give the law that takes"),
+        ("[film]\nlaw = 'load-path'\nsetup = 'load-path'", "film.setup = 'load-path' does not fit law"),
+        ("[film]\nsetup = 'load-path'\nprestress = false", "film.setup = 'load-path' is a way to built-in "
+         "stress; leave out prestress = false"),
+        ("[film]\nsetup = 'load-path'\n[shape]\nkind = 'cylinder'", "film.setup = 'load-path' needs an "
+         "isotensoid; leave it out for a cylinder"),
+        ("[film]\nsetup = 'load-path'\n[pressure]\nvalue = [5, 10]", "film.setup = 'load-path' sets up the "
+         "stress of one pressure, not of 2; give one in [pressure]"),
+        ("[film]\nsetup = 'load-path'\n[pressure]\nvalue = 0", "film.setup = 'load-path' needs a pressure"),
         ("[film]\nprestress = 'yes'", "film.prestress: 'yes' is neither true nor false"),
         ("[film]\nslack_stiffness = 1.0", "film.slack_stiffness: 1.0 must be in [0, 1)"),
         ("[film]\nhoop_slack = -1e-3", "film.hoop_slack: -0.001 must be in [0, 1)"),
@@ -333,6 +349,34 @@ def test_a_design_builds_what_it_says(comm):
     assert balloon.load.convention == "closed"
     assert [cord.EA for cord in balloon.cords] == [1e9]
     assert design.balloon(surface, prestressed=True).prestressed
+
+
+@pytest.mark.parametrize("law", ["tension-field", "imp", "isotropic", "fixed-wrinkles"])
+def test_a_load_path_sets_up_the_stress_that_a_law_takes_over(comm, law):
+    tables = {"shape": {"lobes": 2}, "mesh": {"divisions": [4, 8]}, "hoops": {}, "pressure": {"value": 5}}
+    design = Design.parse(tables | {"film": {"law": law, "setup": "load-path"}})
+    assert design.film.prestress
+    surface = design.surface(comm)
+    balloon = design.balloon(surface)
+    path = balloon.load_path
+    assert isinstance(path.balloon.film, PrescribedPath)
+    assert (path.converged, path.pressure, path.prestress) == (True, 5.0, 0.0)
+    state = inflate(balloon, 5.0)  # from the path's shape, for nothing else is given
+    assert state.steps == (5.0,)
+    # not to the last digit: triangles are sheared, and shear beside no hoop stress means compression
+    assert state.volume == pytest.approx(path.volume, rel=1e-4 if law == "fixed-wrinkles" else 1e-5)
+    bare = design.balloon(surface, prestressed=False)
+    assert bare.load_path is None
+    assert not bare.prestressed
+
+
+def test_the_laws_of_section_4_are_built_with_their_tangent(comm):
+    tables = {"mesh": {"divisions": [2, 4]}, "film": {"law": "imp", "tangent": "secant", "E": 2e9}}
+    design = Design.parse(tables)
+    surface = design.surface(comm)
+    assert design.balloon(surface).film == IMP(E=2e9, tangent="secant")
+    path = design.with_overrides({"film.law": "load-path", "film.slack_stiffness": 1e-4})
+    assert path.balloon(surface).film == PrescribedPath(E=2e9, tangent="secant", slack_stiffness=1e-4)
 
 
 def test_r0_and_cylinder_reach_the_surface(comm):

@@ -10,7 +10,8 @@ import pytest
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from lobefem import _dolfinx, _petsc, cli, doctor, rendering
+from lobefem import _dolfinx, _petsc, cli, contact, doctor, rendering
+from lobefem.errors import MissingDependencyError
 
 
 def test_a_sound_installation(capfd, comm):
@@ -75,8 +76,21 @@ FAULTS = {
         "draws nothing off-screen",
         "install OpenGL",
     ),
-    "contact": (missing("ipctk"), "ipctk", "pip install ipctk"),
+    "contact": (missing("ipctk"), "ipctk", "pip install 'ipctk"),
 }
+
+
+@pytest.mark.parametrize(
+    ("touch", "said"),
+    [
+        ("import os, signal; os.kill(os.getpid(), signal.SIGILL)", "ends by SIGILL: it was built"),
+        ("print(False)", "finds no contact"),
+    ],
+)
+def test_a_contact_that_ends_its_process_is_a_finding(monkeypatch, touch, said):
+    monkeypatch.setattr(doctor, "_TOUCH", touch)
+    with pytest.raises(RuntimeError, match=said):
+        doctor.CHECKS["contact"][0]()
 
 
 def test_every_check_has_a_fault():
@@ -119,3 +133,10 @@ def test_where_nothing_is_installed_everything_is_said_to_be_missing():
     assert done.stderr == ""
     assert done.stdout.count("FAIL") == len(doctor.CHECKS) - 1
     assert done.stdout.count("->") == len(doctor.CHECKS) - 1
+
+
+def test_contact_refuses_wheels_that_end_the_process(monkeypatch):
+    ipctk = pytest.importorskip("ipctk")
+    monkeypatch.setattr(ipctk, "__version__", "1.6.1")
+    with pytest.raises(MissingDependencyError, match="end the process on a processor without AVX-512"):
+        contact._import_ipctk()
