@@ -25,6 +25,7 @@ import numpy.typing as npt
 from lobefem import checks
 from lobefem._distribute import on_root
 from lobefem._facets import Gathering, film_facets
+from lobefem._ipctk import ADVICE, fault_here, load_ipctk
 from lobefem.errors import InputError, MissingDependencyError
 
 # isort: split
@@ -104,7 +105,7 @@ class Contact:
 
     Raises:
         InputError: an activation distance that film at rest would feel.
-        MissingDependencyError: ipctk is not there.
+        MissingDependencyError: ipctk is not there, or does not run here.
 
     Collective.
     """
@@ -116,9 +117,12 @@ class Contact:
         rims: tuple[npt.NDArray[np.int32], ...] = (),
         pressure: Callable[[], float] = lambda: 0.0,
     ) -> None:
-        self._ipctk = _import_ipctk()
+        self._ipctk = load_ipctk()
         self.part, self._pressure = part, pressure
         self.comm = V.mesh.comm
+        fault = fault_here(self.comm)
+        if fault:
+            raise MissingDependencyError(f"{fault}; run: {ADVICE}, or leave contact out (--no-contact)")
         self._nodes = Gathering(V)
         facets = film_facets(V, rims)
         self._mesh: Any = self._on_root(lambda: self._collision_mesh(facets))
@@ -384,11 +388,3 @@ class Contact:
 
 def _array(u: Any) -> Array:
     return u if isinstance(u, np.ndarray) else u.x.array
-
-
-def _import_ipctk() -> Any:
-    try:
-        import ipctk
-    except ImportError as error:
-        raise MissingDependencyError(f"self-contact needs ipctk ({error}); run: pip install ipctk") from error
-    return ipctk

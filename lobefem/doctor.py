@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import platform
 import sys
@@ -11,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from lobefem._ipctk import ADVICE, load_ipctk, trial
 
 __all__ = ["CHECKS", "Finding", "examine"]
 
@@ -140,7 +141,10 @@ def _rendering() -> str:
 
 
 def _contact() -> str:
-    ipctk = importlib.import_module("ipctk")
+    ipctk = load_ipctk()
+    fault = trial()
+    if fault:
+        raise RuntimeError(fault)
     return f"ipctk {getattr(ipctk, '__version__', '')}".strip()
 
 
@@ -161,7 +165,7 @@ CHECKS: dict[str, tuple[Callable[[], str], str]] = {
     ),
     "Gmsh": (_gmsh, "install Gmsh with its system libraries (Debian: python3-gmsh, or libglu1-mesa libxft2)"),
     "pictures": (_rendering, "install OpenGL (Debian: libegl1 libgl1-mesa-dri), or run under xvfb-run -a"),
-    "contact": (_contact, "pip install ipctk"),
+    "contact": (_contact, ADVICE),
 }  # fmt: skip
 
 

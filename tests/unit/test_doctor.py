@@ -61,7 +61,7 @@ FAULTS = {
         "draws nothing off-screen",
         "install OpenGL",
     ),
-    "contact": (missing("ipctk"), "ipctk", "pip install ipctk"),
+    "contact": (missing("ipctk"), "ipctk", "pip install 'ipctk!=1.6.1'"),
 }
 
 
