@@ -24,6 +24,7 @@ from lobefem.states import Keepable
 from lobefem.storage import RunFolder, Snapshot
 from lobefem.tasks import KINK, Outcome, Progress, check_state, failure, summary
 from lobefem.tracing import critical_point
+from lobefem.units import in_degrees
 
 __all__ = ["critical", "harmonics", "mesh_study", "perturb"]
 
@@ -368,11 +369,12 @@ def perturb(
     pressures = design.pressure.value
     if len(pressures) != 1 or pressures[0] <= 0:
         raise InputError(f"perturb takes one pressure above 0, not {pressures}; give --pressure 5, say")
-    degrees = distortion.unit == "rad"
+    amount, unit = in_degrees(distortion.parameter, distortion.unit)
+    degrees = unit != distortion.unit
     results = summary("perturb", design) | {
         "distortion": distortion.kind,
-        "parameter": math.degrees(distortion.parameter) if degrees else distortion.parameter,
-        "unit": "degrees" if degrees else distortion.unit,
+        "parameter": amount,
+        "unit": unit,
         "reaction_unit": distortion.reaction_unit,
         "pressure": pressures[0],
         "contact": contact,
