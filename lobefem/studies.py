@@ -95,7 +95,7 @@ def critical(
         outcome.error = error
         results |= {"critical_pressure": None} | failure(error)
         return outcome
-    results |= _critical(found, harmonic)
+    results |= _critical(found, harmonic) | {"only_harmonic": harmonic}
     if found.mode is not None:
         outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (found.mode,)))
     return outcome
