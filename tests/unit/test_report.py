@@ -112,6 +112,8 @@ def test_the_page_is_whole_and_sane(run):
     assert len(set(page.ids)) == len(page.ids)
     assert {link[1:] for link in page.links} <= set(page.ids)
     assert all("src" not in script for script in page.scripts)
+    # five megabytes of Plotly run when the first plot is drawn, not before the page can be read
+    assert [script.get("type") for script in page.scripts] == ["application/json", "text/plain", None]
     assert "link" not in page.tags
     first = re.search(r'<h2 id="(\w+)"', text)
     assert first is not None
