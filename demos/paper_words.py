@@ -201,3 +201,18 @@ def to_markdown(rows: list[Row], header: str) -> str:
     lines = [header, "", "| paper, sec. 5 | here | verdict |", "|---|---|---|"]
     lines += [f"| {row.paper} | {row.here} | {row.verdict} |" for row in rows]
     return "\n".join(lines) + "\n"
+
+
+def beside_the_paper(rows: list[Row], header: str) -> dict[str, Any]:
+    """The same table as a report of the runs shows it (`lobefem.report.TABLES`)."""
+    return {
+        "title": "Beside the paper's words",
+        "note": header.replace("`", ""),
+        "tables": [
+            {
+                "caption": "What sec. 5 of the paper says, and what was computed here",
+                "head": ["paper, sec. 5", "here", "verdict"],
+                "rows": [[row.paper, row.here, row.verdict] for row in rows],
+            }
+        ],
+    }

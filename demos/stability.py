@@ -32,7 +32,7 @@ from lobefem.design import Design
 from lobefem.errors import LobefemError
 from lobefem.plotting import eigenvalue_curves, mode_shapes
 from lobefem.rendering import can_render, render_modes
-from lobefem.report import write_report
+from lobefem.report import TABLES, write_report
 from lobefem.stability import Modes
 from lobefem.storage import RunFolder, Snapshot
 from lobefem.sweep import branches
@@ -41,7 +41,7 @@ from lobefem.tasks import summary as origin
 from lobefem.tracing import CriticalPoint
 
 sys.path.insert(0, str(Path(__file__).parent))
-from paper_words import CASES, Row, compare, to_markdown
+from paper_words import CASES, Row, beside_the_paper, compare, to_markdown
 
 PRESSURES = (50.0, *(500.0 * k for k in range(1, 13)))
 AROUND = (24, 32, 36, 40, 48)  # divisions of the mesh study
@@ -135,7 +135,7 @@ def study(
     snapshot = Snapshot(balloon, at, shown.state, tuple(shown[i] for i in picked))
     told = origin("stability", described) | {"title": title} | numbers
     told["harmonic"] = told.pop("critical_harmonic")
-    told["stored_modes"] = [mode_data(mode) for mode in snapshot.modes]
+    told["stored_modes"] = [mode_data(shown[i]) | {"number": i + 1} for i in picked]
     if law == "fixed-wrinkles":
         told["warnings"].append(MESH_DEPENDENT)
         told["meshes"] = [{"divisions": row["divisions"], "critical_pressure": row[size]} for row in meshes]
@@ -234,6 +234,7 @@ def run(
     if comm.rank == 0:
         (out / "table.md").write_text(to_markdown(rows, _header(divisions)), encoding="utf-8")
     save_json(out / "stability.json", numbers, comm)
+    save_json(out / TABLES, beside_the_paper(rows, _header(divisions)), comm)
     say("report")
     on_root(comm, out, lambda: write_report(out))
     return numbers

@@ -12,6 +12,7 @@ from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
 from lobefem.signals import Stop
+from lobefem.verdict import verdict
 
 __all__ = ["Ranks", "show", "show_findings", "show_profile", "show_rows", "stdout_to_stderr"]
 
@@ -112,6 +113,9 @@ def show(results: dict[str, Any]) -> None:
     }
     console.print(_caption(results))
     console.print(table[results["command"]](results))
+    if results["command"] in ("critical", "harmonics"):
+        for sentence in verdict(results):
+            console.print(sentence, markup=False, soft_wrap=True)
 
 
 def _caption(results: dict[str, Any]) -> str:

@@ -7,13 +7,13 @@ its default, but without a table [hoops] there are no hoops. Numbers are SI, or 
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, ValidationError, model_validator
 
+from lobefem._toml import read_toml, to_toml
 from lobefem.errors import InputError
 from lobefem.sections import (
     Film,
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Design"]
 
-_MAX_BYTES = 50_000  # of a design file; whatever it holds is then read in seconds
 _SLACK = {"isotropic": 0.0, "fixed-wrinkles": 0.0, "tension-field": 1e-6, "imp": 1e-6, "load-path": 1e-6}
 
 
@@ -118,11 +117,12 @@ class Design(Section):
         Raises:
             InputError: a file that cannot be read, is not TOML or holds an impossible design.
         """
-        read: tuple[dict[str, Any] | None, str]
-        read = _read(Path(path)) if comm is None or comm.rank == 0 else (None, "")
+        tables: dict[str, Any] | None = None
+        fault = ""
+        if comm is None or comm.rank == 0:
+            tables, _, fault = read_toml(Path(path), "design file", "meshes/ for examples")
         if comm is not None:
-            read = comm.bcast(read, root=0)
-        tables, fault = read
+            tables, fault = comm.bcast((tables, fault), root=0)
         if tables is None:
             raise InputError(fault)
         return cls.parse(tables, str(path))
@@ -162,11 +162,7 @@ class Design(Section):
 
     def to_toml(self) -> str:
         """The design as TOML with all defaults filled in; `load` of it gives an equal design."""
-        lines = []
-        for section, keys in self.model_dump().items():
-            lines += ["", f"[{section}]"]
-            lines += [f"{key} = {_toml(value)}" for key, value in keys.items() if value is not None]
-        return "\n".join(lines[1:]) + "\n"
+        return to_toml(self.model_dump())
 
     # --- building -------------------------------------------------------------------------------
 
@@ -285,23 +281,6 @@ class Design(Section):
         return {**FILMS, **STRESS_LAWS}[law](**material)
 
 
-def _read(path: Path) -> tuple[dict[str, Any] | None, str]:
-    """The tables of a TOML file, or None and what is wrong with it."""
-    try:
-        with path.open("rb") as file:
-            content = file.read(_MAX_BYTES + 1)  # a device may have no end
-        if len(content) > _MAX_BYTES:
-            return None, f"{path} is no TOML (more than {_MAX_BYTES} bytes); see meshes/ for examples"
-        return tomllib.loads(content.decode()), ""
-    except FileNotFoundError:
-        return None, f"there is no design file {str(path)!r}; see meshes/ for examples"
-    except OSError as error:
-        return None, f"cannot read {str(path)!r} ({error.strerror}); give a TOML design file"
-    except (ValueError, RecursionError) as error:  # also an integer of thousands of digits
-        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "not such a text"
-        return None, f"{path} is no TOML ({reason}); see meshes/ for examples"
-
-
 def _first_error(error: ValidationError) -> tuple[str, str, str]:
     """Key path, how a sentence begins with it, and its rest; unknown keys before all others."""
     errors = error.errors(include_url=False)
@@ -320,11 +299,3 @@ def _first_error(error: ValidationError) -> tuple[str, str, str]:
         return path, begin[len(keys)], str(first["ctx"]["error"])
     text = f"{shown(first['input'])} is not a table; write [{path}] and its keys below"
     return path, f"{path}: ", text
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    return f'"{value}"' if isinstance(value, str) else repr(value)  # words only: nothing to escape

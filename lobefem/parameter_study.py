@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-import tomllib
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +13,14 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 import lobefem
+from lobefem._toml import read_toml
 from lobefem.design import Design
 from lobefem.errors import InputError
 from lobefem.units import shown
 
 __all__ = ["Point", "Study", "load"]
+
+_MOST = 100_000  # points of a study; their designs alone then take minutes
 
 
 class _File(BaseModel):
@@ -111,6 +114,9 @@ def load(path: str | Path, known: Mapping[str, Collection[str]]) -> Study:
                 f"{path}: {shown(name)} is no option of lobefem {file.command}; see lobefem "
                 f"{file.command} --help, or write section.key for a key of the design"
             )
+    count = math.prod(len(values) for values in varied.values())
+    if count > _MOST:
+        raise InputError(f"{path}: {count} combinations are more than {_MOST}; vary less in one sweep")
     designs = {name: Design.load(path.parent / name) for name in names}
     points = [
         _point(file, designs, dict(zip(varied, values, strict=True)))
@@ -122,16 +128,11 @@ def load(path: str | Path, known: Mapping[str, Collection[str]]) -> Study:
 
 
 def _read(path: Path) -> tuple[_File, str]:
+    tables, text, fault = read_toml(path, "sweep file", "docs/howto/sweep.md")
+    if tables is None:
+        raise InputError(fault)
     try:
-        text = path.read_text(encoding="utf-8")
-        return _File.model_validate(tomllib.loads(text)), text
-    except FileNotFoundError:
-        raise InputError(f"there is no sweep file {str(path)!r}; see docs/howto/sweep.md") from None
-    except OSError as error:
-        raise InputError(f"cannot read {str(path)!r} ({error.strerror}); give a TOML file") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else "not such a text"
-        raise InputError(f"{path} is no TOML ({reason}); see docs/howto/sweep.md") from None
+        return _File.model_validate(tables), text
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         if first["type"] == "value_error":

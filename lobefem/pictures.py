@@ -217,10 +217,10 @@ def _modes(run: Run, number: int, chosen: Sequence[int] | None, width: float) ->
     shown: list[tuple[str, str, Any]] = []
     for k in chosen:
         mode = told[k - 1]
-        label = f"({chr(ord('a') + len(shown))})" if len(chosen) > 1 else ""
+        label = f"mode {k}" if results["command"] == "modes" else ""
         caption = plotting.mode_caption(label, mode["kind"], mode["harmonic"], mode["real"], unit)
         field = step.nodal[f"mode_{k}"] + 1j * step.nodal.get(f"mode_{k}_imag", 0.0)
-        shown.append((caption.strip(), mode["kind"], field))
+        shown.append((caption, mode["kind"], field))
 
     def panels(phase: float) -> list[Panel]:
         return [plotting.mode_panel(c, kind, film, field, phase=phase) for c, kind, field in shown]

@@ -247,7 +247,7 @@ def mode_shapes(
 
     Args:
         modes: of one state.
-        chosen: indices of the modes drawn.
+        chosen: indices of the modes drawn; captions number them from 1, as tables do.
         title: over the figure.
         columns: number of modes in a row, all by default.
         amplitude: largest displacement as a share of the balloon's diameter.
@@ -266,8 +266,8 @@ def mode_shapes(
     if skin is None:
         return None
     captions = [
-        mode_caption(f"({chr(ord('a') + k)})", mode.kind, mode.harmonic, mode.value.real, UNITS[modes.mass])
-        for k, mode in enumerate(picked)
+        mode_caption(f"mode {i + 1}", mode.kind, mode.harmonic, mode.value.real, UNITS[modes.mass])
+        for i, mode in zip(chosen, picked, strict=True)
     ]
     panels = [
         mode_panel(caption, mode.kind, skin, field, amplitude)
@@ -280,9 +280,9 @@ def mode_shapes(
 
 
 def mode_caption(label: str, kind: str, harmonic: int, value: float, unit: str) -> str:
-    """A mode's name and, below it, its eigenvalue."""
+    """A mode's number as in tables, if there is one, its name and its eigenvalue, below each other."""
     number = (f"{value:.0f}" if abs(value) >= 1e4 else f"{value:.4g}").replace("-", "\N{MINUS SIGN}")
-    return f"{label} {kind}, $n$ = {harmonic}\n$\\lambda$ = {number} {unit}"
+    return f"{label}\n{kind}, $n$ = {harmonic}\n$\\lambda$ = {number} {unit}".strip()
 
 
 def mode_panel(

@@ -25,6 +25,7 @@ from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.guides import Guide
 from lobefem.log import logger
 from lobefem.progress import said
+from lobefem.units import in_degrees
 
 # isort: split
 from mpi4py import MPI
@@ -151,8 +152,10 @@ class Ramp:
             target = 1.0 if share + step > 1.0 - 1e-6 * step else share + step
 
     def _give_up(self, state: Equilibrium, at: float, end: float, why: str) -> None:
+        here, unit = in_degrees(at, self._unit)
+        there, _ = in_degrees(end, self._unit)
         raise ConvergenceError(
-            f"the {self._kind} stopped at {at:.6g} {self._unit} of {end:.6g} {self._unit} ({why}, |r| = "
+            f"the {self._kind} stopped at {here:.6g} {unit} of {there:.6g} {unit} ({why}, |r| = "
             f"{self._newton.norm:.1e}); try more steps, slack_stiffness >= 1e-4, or contact",
             state=state,
             parameter=at,
@@ -180,7 +183,8 @@ class Ramp:
         return why, count
 
     def _say(self, text: str) -> None:
-        line = f"{self._kind} {self.guide.parameter:.5g} {self._unit}: {text}"
+        amount, unit = in_degrees(self.guide.parameter, self._unit)
+        line = f"{self._kind} {amount:.5g} {unit}: {text}"
         logger.info(line)
         if self._progress is not None:
             self._progress(said(line, self._done))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -29,10 +30,12 @@ from lobefem.report_charts import Chart
 from lobefem.report_shapes import Picture
 from lobefem.report_tables import Table
 from lobefem.runs import Run, find_runs, load_run
+from lobefem.verdict import verdict
 
 __all__ = ["FILE", "write_report"]
 
 FILE = "report.html"
+TABLES = "tables.json"  # what stands beside the runs in a folder of them: a title, and tables
 ROOM = 5_000_000  # bytes of a report for its 3D views
 
 _COMMANDS = {
@@ -69,6 +72,7 @@ class _Part:
     title: str
     subtitle: str
     warnings: list[str]
+    verdict: list[str]
     sections: list[_Section]
     scene: dict[str, Any] | None  # for the 3D view
     views_left: int
@@ -88,7 +92,9 @@ def write_report(folder: str | Path) -> Path:
     """
     path = Path(folder)
     file = path / FILE
-    text = _page(path.absolute().name, [load_run(run) for run in find_runs(path)])
+    found = find_runs(path)
+    beside = path / TABLES if found != [path] else None
+    text = _page(path.absolute().name, [load_run(run) for run in found], beside)
     try:
         _files.replace(file, text)
     except OSError as error:
@@ -98,7 +104,9 @@ def write_report(folder: str | Path) -> Path:
     return file
 
 
-def _page(name: str, runs: list[Run]) -> str:
+def _page(name: str, runs: list[Run], beside: Path | None) -> str:
+    faults: list[str] = []
+    compared = None if beside is None or not beside.is_file() else _compared(beside, faults)
     parts = [_part(run, f"run-{k}", ROOM // len(runs)) for k, run in enumerate(runs)]
     scenes = [part.scene for part in parts if part.scene is not None]
     charts = [chart for part in parts for section in part.sections for chart in section.charts]
@@ -118,7 +126,9 @@ def _page(name: str, runs: list[Run]) -> str:
         ids={id(chart): f"chart-{k}" for k, chart in enumerate(charts)},
         id_of=id,
         data=_files.plain(shown | {"scenes": scenes, "regions": list(REGIONS.items())}),
-        warned=any(part.warnings for part in parts),
+        faults=faults,
+        compared=compared,
+        warned=bool(faults) or any(part.warnings for part in parts),
         views_left=sum(part.views_left for part in parts),
         version=lobefem.__version__,
         style=markupsafe.Markup(_text("report.css")),
@@ -141,7 +151,6 @@ def _part(run: Run, name: str, room: int) -> _Part:
             faults.append(f"The results are damaged, so a part of the section '{title}' is missing.")
             return None
 
-    verdict = results.get("verdict")
     pictures, left = made("Modes", report_shapes.mode_pictures) or ([], 0)
     scene, views_left = made("Shapes in 3D", partial(report_shapes.scene, room=room)) or (None, 0)
     more = f"Drawn are the highest pressures' modes; {left} more are in fields.xdmf." if left else ""
@@ -152,6 +161,7 @@ def _part(run: Run, name: str, room: int) -> _Part:
     history = made("Ramp and release", report_charts.history) or []
     residuals = [one for one in history if "residual" in one.title]
     maps = made("Stress and wrinkles", report_shapes.stress_maps) or []
+    said = made("Is it stable?", lambda run: verdict(run.results)) or []
     sections = [
         _Section("Results", "results", tables=_present(report_tables.numbers(run), *tables)),
         _Section("Eigenvalues", "eigenvalues", charts=_present(curves)),
@@ -161,7 +171,7 @@ def _part(run: Run, name: str, room: int) -> _Part:
         _Section(
             "Mesh study",
             "meshes",
-            sentences=[str(sentence) for sentence in verdict] if isinstance(verdict, list) else [],
+            sentences=_sentences(run),
             charts=_present(made("Mesh study", report_charts.refinement)),
             tables=made("Mesh study", report_tables.trends) or [],
         ),
@@ -187,6 +197,7 @@ def _part(run: Run, name: str, room: int) -> _Part:
         str(results.get("title") or _COMMANDS.get(str(results.get("command")), run.name)),
         _subtitle(run),
         [*report_tables.warnings(run), *dict.fromkeys(faults)],
+        said,
         [
             replace(section, id=f"{name}-{section.id}")
             for section in sections
@@ -195,6 +206,33 @@ def _part(run: Run, name: str, room: int) -> _Part:
         scene,
         views_left,
     )
+
+
+def _sentences(run: Run) -> list[str]:
+    """What a demo says of its meshes; a mesh study's sentences are its verdict."""
+    found = run.results.get("verdict")
+    if not isinstance(found, list) or run.results.get("command") == "mesh-study":
+        return []
+    return [str(sentence) for sentence in found]
+
+
+def _compared(file: Path, faults: list[str]) -> _Section | None:
+    """The section of a file {"title", "note", "tables": [{"caption", "head", "rows"}]}, or a fault more."""
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+        tables = [
+            Table(
+                str(one["caption"]),
+                tuple(map(str, one["head"])),
+                tuple(tuple(report_tables.number(cell) for cell in row) for row in one["rows"]),
+            )
+            for one in found["tables"]
+        ]
+        return _Section(str(found["title"]), "compared", note=str(found.get("note", "")), tables=tables)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        logger.debug("report: %s: %r", file, error)
+        faults.append(f"{file.name} cannot be read or is damaged, so its tables are not shown.")
+        return None
 
 
 def _present(*found: Any) -> list[Any]:

@@ -72,7 +72,7 @@ def _skin(run: Run, *fields: Array) -> Skin:
 def mode_name(run: Run, step: int, k: int) -> str:
     """A mode's caption: pressure, kind, harmonic, eigenvalue."""
     mode = stored_modes(run, step)[k]
-    words = [str(mode["kind"])] if mode.get("kind") else [f"mode {k + 1}"]
+    words = [str(mode["kind"])] if mode.get("kind") else [f"mode {mode_number(run, step, k)}"]
     if mode.get("harmonic") is not None:
         words.append(f"n = {number(mode['harmonic'])}")
     if isinstance(mode.get("real"), float):
@@ -81,6 +81,12 @@ def mode_name(run: Run, step: int, k: int) -> str:
     elif "critical_pressure" in mode:
         words.append(f"critical at {number(mode['critical_pressure'])} Pa")
     return ", ".join(words)
+
+
+def mode_number(run: Run, step: int, k: int) -> int:
+    """A stored mode's number in the table of eigenvalues, where not all of them may be stored."""
+    number = stored_modes(run, step)[k].get("number")
+    return number if isinstance(number, int) else k + 1
 
 
 def pressure_name(step: Step) -> str:
@@ -94,7 +100,7 @@ def mode_pictures(run: Run, most: int = PICTURES) -> tuple[list[Picture], int]:
     pictures = []
     for s, k in chosen[:most]:
         step, name = run.steps[s], mode_name(run, s, k)
-        title = f"Mode {k + 1} at {pressure_name(step)}: {name}"
+        title = f"Mode {mode_number(run, s, k)} at {pressure_name(step)}: {name}"
         alt = f"{title}. Side view and top view of the deformed film over its dotted undeformed outline."
         pictures.append(Picture(title, alt, _mode_picture(run, step.nodal[f"mode_{k + 1}"], name)))
     return pictures, max(len(chosen) - most, 0)
@@ -325,7 +331,7 @@ def _views(run: Run, film: Skin) -> Iterator[dict[str, Any]]:
             mode, name = step.nodal[f"mode_{k + 1}"], mode_name(run, s, k)
             size = np.linalg.norm(mode, axis=1)
             yield {
-                "group": group, "name": f"Mode {k + 1}: {name}", "kind": "mode",
+                "group": group, "name": f"Mode {mode_number(run, s, k)}: {name}", "kind": "mode",
                 "bar": "displacement / largest",
                 **_displaced(_drawn(film, mode, name) * mode),
                 "values": _pack(size / (size.max(initial=0.0) or 1.0), "<f4"), "range": [0.0, 1.0],

@@ -24,6 +24,7 @@ from lobefem.states import Keepable
 from lobefem.storage import RunFolder, Snapshot
 from lobefem.tasks import FIELDS, KINK, Outcome, Progress, check_state, failure, summary
 from lobefem.tracing import critical_point
+from lobefem.units import in_degrees
 
 __all__ = ["critical", "harmonics", "mesh_study", "perturb"]
 
@@ -94,7 +95,7 @@ def critical(
         outcome.error = error
         results |= {"critical_pressure": None} | failure(error)
         return outcome
-    results |= _critical(found, harmonic)
+    results |= _critical(found, harmonic) | {"only_harmonic": harmonic}
     if found.mode is not None:
         outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (found.mode,)))
     return outcome
@@ -379,11 +380,12 @@ def perturb(
             "film.law = 'load-path' is a way to a stress and has no energy; distort the film that takes "
             "over: --film tension-field --setup load-path"
         )
-    degrees = distortion.unit == "rad"
+    amount, unit = in_degrees(distortion.parameter, distortion.unit)
+    degrees = unit != distortion.unit
     results = summary("perturb", design) | {
         "distortion": distortion.kind,
-        "parameter": math.degrees(distortion.parameter) if degrees else distortion.parameter,
-        "unit": "degrees" if degrees else distortion.unit,
+        "parameter": amount,
+        "unit": unit,
         "reaction_unit": distortion.reaction_unit,
         "pressure": pressures[0],
         "contact": contact,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
-__all__ = ["FORCE", "LENGTH", "NUMBER", "PRESSURE", "STIFFNESS", "STRESS", "Quantity", "shown"]
+__all__ = ["FORCE", "LENGTH", "NUMBER", "PRESSURE", "STIFFNESS", "STRESS", "Quantity", "in_degrees", "shown"]
 
 _PREFIX = {"": "1", "k": "1e3", "M": "1e6", "G": "1e9"}
 _LENGTHS = {
@@ -46,6 +46,11 @@ def shown(value: Any) -> str:
     except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables in tables
         return f"{type(value).__name__} of that size"
     return text if len(text) <= 80 else f"{text[:60]}...{text[-10:]}"
+
+
+def in_degrees(value: float, unit: str) -> tuple[float, str]:
+    """An amount and its unit as users give it: angles are radians inside and degrees outside."""
+    return (math.degrees(value), "degrees") if unit == "rad" else (value, unit)
 
 
 @dataclass(frozen=True)

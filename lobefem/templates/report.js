@@ -33,10 +33,17 @@
     const line = trace.line && trace.line.color === "black" ? { ...trace.line, color: colour("--ink") } : trace.line;
     return line ? { ...trace, line } : trace;
   }
+  // five megabytes of script that only plots need: the page can be read before they run
+  function needPlotly() {
+    if (window.Plotly) return;
+    const script = document.createElement("script");
+    script.textContent = document.getElementById("plotly").textContent;
+    document.head.append(script);
+  }
   function drawChart([id, chart]) {
+    needPlotly();
     Plotly.react(id, chart.data.map(traced), themed(chart.layout), config);
   }
-  const drawCharts = () => Object.entries(data.charts).forEach(drawChart);
 
   // --- the 3D view -------------------------------------------------------------------------------
 
@@ -179,6 +186,7 @@
     "-": "farther", Home: "reset" };
 
   function startView() {
+    needPlotly();
     fill();
     setSlider(shown[0][1]);
     drawView();
@@ -200,13 +208,38 @@
     });
   }
 
-  // one after the other, so that the page can be read and scrolled meanwhile
-  const tasks = Object.entries(data.charts).map((chart) => () => drawChart(chart));
-  if (view) tasks.unshift(startView);
-  tasks.push(() => { document.documentElement.dataset.drawn = Math.round(performance.now()) + " ms"; });
-  const next = () => { tasks.shift()(); if (tasks.length) setTimeout(next); };
-  next();
-  const redraw = () => { drawCharts(); if (view) drawView(); };
+  // --- when what is drawn -------------------------------------------------------------------------
+
+  // What comes into sight is drawn at once; the rest in idle moments, one after the other, so that the page
+  // can be read and scrolled meanwhile; on paper all of it.
+  const waiting = new Map(view ? [[view, startView]] : []);
+  for (const chart of Object.entries(data.charts)) waiting.set(document.getElementById(chart[0]), () => drawChart(chart));
+  const drawn = [];
+  function draw(element) {
+    const make = waiting.get(element);
+    if (!make) return;
+    waiting.delete(element);
+    make();
+    drawn.push(element);
+    element.dataset.drawn = Math.round(performance.now()) + " ms";
+    if (!waiting.size) document.documentElement.dataset.drawn = element.dataset.drawn;
+  }
+  const redrawCharts = () => drawn.filter((one) => one !== view).forEach((one) => drawChart([one.id, data.charts[one.id]]));
+  const redraw = () => { redrawCharts(); if (drawn.includes(view)) drawView(); };
+  const watch = new IntersectionObserver((seen) => seen.filter((one) => one.isIntersecting).forEach(({ target }) => {
+    watch.unobserve(target);
+    setTimeout(() => draw(target));
+  }), { rootMargin: "200px" });
+  [...waiting.keys()].forEach((one) => watch.observe(one));
+  const idle = window.requestIdleCallback || ((action) => setTimeout(action, 50));
+  const next = () => {
+    const [first] = waiting.keys();
+    if (!first) return;
+    draw(first);
+    idle(next);
+  };
+  window.addEventListener("load", () => idle(next));
+  window.addEventListener("beforeprint", () => [...waiting.keys()].filter((one) => one !== view).forEach(draw));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-  window.matchMedia("print").addEventListener("change", drawCharts); // in the colours of paper
+  matchMedia("print").addEventListener("change", redrawCharts); // in the colours of paper
 })();

@@ -135,3 +135,19 @@ def test_demo_reports_an_impossible_mesh_in_one_sentence(demo, shared_path, caps
     assert demo.main(["--divisions", "1x32", "--out", str(shared_path)]) == 2
     if MPI.COMM_WORLD.rank == 0:
         assert re.search(r"demo: .*divisions.*1", capsys.readouterr().err)
+
+
+def test_modes_have_the_same_numbers_in_pictures_and_tables(numbers, out, comm):
+    """Of those that are stored, and drawn; the report shows the paper's words as well."""
+    if comm.rank:
+        return
+    for case, found in numbers["cases"].items():
+        folder = out / case.replace(", ", "_")
+        stored = json.loads((folder / "results.json").read_text())["stored_modes"]
+        table = found["shown"]["modes"]
+        assert len(stored) == 4
+        for mode in stored:
+            assert table[mode["number"] - 1]["real"] == mode["real"]
+    text = (out / "report.html").read_text(encoding="utf-8")
+    assert "Beside the paper&#39;s words" in text
+    assert "stable up to about 4600 Pa" in text

@@ -277,6 +277,41 @@ def test_files_that_cannot_be_read(shared_path, comm):
             Design.load(path, comm)
 
 
+@pytest.mark.parametrize(
+    ("line", "why", "instead"),
+    [
+        ("thickness = 0.08 mm", "0.08 mm is a number with a unit", 'thickness = "0.08 mm"'),
+        ("E=3.5GPa  # film", "3.5GPa is a number with a unit", 'E = "3.5GPa"'),
+        ("lift = -4 mm", "-4 mm is a number with a unit", 'lift = "-4 mm"'),
+        ("law = isotropic", "isotropic is a word, which needs quotes", 'law = "isotropic"'),
+        ("enabled = True", "True is no value of TOML", "enabled = true"),
+        ("divisions = 24x32", "24x32 is no value of TOML", "divisions = [24, 32]"),
+        ("nu = .3", ".3 needs digits on both sides of its point", "nu = 0.3"),
+        ("nu = 0,3", "0,3 has a comma where a decimal point belongs", "nu = 0.3"),
+        ("lift = 0,4 mm", "a comma where a decimal point belongs", 'lift = "0.4 mm"'),
+        ("value = [1 kPa, 2000]", "holds what is a number with a unit", 'value = ["1 kPa", 2000]'),
+        ("law = 'iso", "", ""),
+        ("= 3", "", ""),
+        ("a = b = c", "", ""),
+        ("a = 08", "", ""),
+    ],
+)
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_values_that_toml_lacks_are_said_with_what_to_write(shared_path, comm, line, why, instead, end):
+    path = shared_path / "mine.toml"
+    if comm.rank == 0:
+        path.write_bytes(f"[film]{end}{line}{end}".encode())
+    with pytest.raises(InputError) as caught:
+        Design.load(path, comm)
+    assert "mine.toml" in str(caught.value)
+    if not instead:
+        assert "is no TOML (" in str(caught.value)
+        return
+    assert "line 2: " in str(caught.value)
+    assert why in str(caught.value)
+    assert str(caught.value).endswith(f"; write {instead}")
+
+
 def test_a_faulty_file_is_named(shared_path, comm):
     path = shared_path / "mine.toml"
     if comm.rank == 0:

@@ -317,10 +317,13 @@ def test_increments_that_fail_are_halved_and_then_crossed_by_damped_motion(start
 
 
 def test_a_failed_ramp_returns_the_last_equilibrium(start):
+    """Both what goes on and where it stopped are said in degrees, the unit in which a twist is given."""
+    said = []
     with pytest.raises(
-        ConvergenceError, match=r"^the twist stopped at .* rad of 2.0944 rad \(.*more steps"
+        ConvergenceError, match=r"^the twist stopped at .* degrees of 120 degrees \(.*more steps"
     ) as failed:
-        distort(start, Twist(120.0), steps=2, max_iterations=2, min_step=0.2)
+        distort(start, Twist(120.0), steps=2, max_iterations=2, min_step=0.2, progress=said.append)
+    assert any(line.startswith("twist 60 degrees: ") for line in said), said
     state, data = failed.value.state, failed.value.data
     assert data["parameter"] == state.parameter == data["history"][-1].parameter
     q = state.activate()

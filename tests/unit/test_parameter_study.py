@@ -76,6 +76,16 @@ def test_points_are_all_combinations_and_known_by_their_inputs(folder):
         ("command = 'critical'\ndesign = 'one.toml'\n[vary]\nfilm.lw = [3]", "'film.lw' is no key"),
         ("command = 'critical'\ndesign = 'one.toml'\nvery = 1", "very = 1 is no key of a sweep"),
         ("command = ", "is no TOML"),
+        (
+            "command = 'critical'\ndesign = 'one.toml'\n[vary]\nfilm.E = [3.5 GPa]",
+            'write film.E = ["3.5 GPa"]',
+        ),
+        ("command = 'critical'\noptions.count = " + "9" * 5000, "is no TOML (not such a text)"),
+        (
+            "command = 'critical'\ndesign = 'one.toml'\n[vary]\n"
+            + "".join(f"film.{key} = {list(range(1, 100))}\n" for key in ("E", "nu", "thickness")),
+            "970299 combinations are more than 100000",
+        ),
     ],
 )
 def test_what_is_no_study_is_said_in_a_sentence(folder, text, said):

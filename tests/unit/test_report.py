@@ -112,10 +112,14 @@ def test_the_page_is_whole_and_sane(run):
     assert len(set(page.ids)) == len(page.ids)
     assert {link[1:] for link in page.links} <= set(page.ids)
     assert all("src" not in script for script in page.scripts)
+    # five megabytes of Plotly run when the first plot is drawn, not before the page can be read
+    assert [script.get("type") for script in page.scripts] == ["application/json", "text/plain", None]
     assert "link" not in page.tags
     first = re.search(r'<h2 id="(\w+)"', text)
     assert first is not None
     assert first[1] == "warnings"
+    assert re.findall(r'<h2 id="([\w-]+)"', text)[1:4] == ["verdict", "run-0-results", "shapes"]
+    assert "Stable on this mesh (12 × 16 divisions) at 2000 Pa, 4000 Pa." in text
     assert "is a property of the mesh" in text
     told = json.loads((run / "results.json").read_text())["pressures"][1]["modes"][0]
     for words in (f"{told['real']:.6g}", "Pa/m", "m³"):
@@ -161,6 +165,40 @@ def test_what_is_printed_is_not_run(tmp_path):
 def test_damaged_results_are_told(tmp_path, results, words):
     """What can be shown is shown, and what cannot is said."""
     assert words in report.write_report(made_up(tmp_path / "run", results)).read_text(encoding="utf-8")
+
+
+@alone
+def test_tables_beside_runs(tmp_path):
+    """As the demo leaves them; a damaged file is told, and markup in it stays text."""
+    for name in ("one", "two"):
+        made_up(
+            tmp_path / name, {"command": "critical", "critical_pressure": 3.0, "kind": "sway", "harmonic": 1}
+        )
+    table = {"caption": "Words", "head": ["paper", EVIL], "rows": [["stable", 1.5], ["soft", None]]}
+    told = {"title": "Beside the paper", "note": "Coarse.", "tables": [table]}
+    (tmp_path / report.TABLES).write_text(json.dumps(told))
+    text = report.write_report(tmp_path).read_text(encoding="utf-8")
+    headings = re.findall(r'<h2 id="([\w-]+)"', text)
+    assert headings[:3] == ["verdict", "overview", "compared"]
+    assert '<a href="#run-0">one</a>: Stable below 3 Pa' in text
+    assert '<tr><th scope="row">stable</th><td>1.5</td></tr>' in text
+    assert "<script>alert" not in text
+    for damaged in ("[", "[]", "{}", '{"title": "a", "tables": [{"rows": 3}]}', "[" * 9000):
+        (tmp_path / report.TABLES).write_text(damaged)
+        text = report.write_report(tmp_path).read_text(encoding="utf-8")
+        assert "<li>tables.json cannot be read or is damaged" in text
+        assert "compared" not in re.findall(r'<h2 id="([\w-]+)"', text)
+
+
+@alone
+def test_a_modes_number_is_the_tables(tmp_path):
+    """Also where not all modes of the table are stored."""
+    modes = [{"kind": kind, "harmonic": 1, "real": 2.0, "number": number} for kind, number in [("twist", 9)]]
+    results = {"command": "stability", "stored_modes": modes, "shown": {"pressure": 5.0, "modes": []}}
+    text = report.write_report(made_up(tmp_path / "run", results, "fields.h5:/x")).read_text(encoding="utf-8")
+    assert "Mode 9 at 5 Pa: twist, n = 1" in text
+    assert "Mode 9: twist" in text
+    assert "Mode 1" not in text
 
 
 @alone

@@ -1,0 +1,115 @@
+"""TOML files of a user: read with one sentence for whatever is wrong, and written.
+
+What TOML itself says of a number with its unit, "Expected newline or end of document", helps nobody.
+A line of which the reason can be told is quoted with what to write instead.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from lobefem.units import shown
+
+__all__ = ["read_toml", "to_toml"]
+
+_MAX_BYTES = 50_000  # of a file; whatever it holds is then read in seconds
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_WITH_UNIT = re.compile(rf"({_NUMBER})\s*([A-Za-zµμ][\w/^µμ]*)")
+_COMMA = re.compile(r"[-+]?\d+,\d+(?:\s*[A-Za-zµμ][\w/^µμ]*)?")
+_DIVISIONS = re.compile(r"(\d+)\s*[xX×]\s*(\d+)")
+_WORD = re.compile(r"[A-Za-z][A-Za-z_-]*")
+_DOT = re.compile(r"([-+]?)(\.\d+|\d+\.)([eE][-+]?\d+)?")
+
+
+def read_toml(path: Path, what: str, see: str) -> tuple[dict[str, Any] | None, str, str]:
+    """The tables of a TOML file.
+
+    Args:
+        path: of the file.
+        what: it is, for messages: "design file".
+        see: where there are examples, for messages.
+
+    Returns:
+        the tables, the file's text and ""; or None, "" and what is wrong with the file, in one sentence.
+    """
+    text = ""
+    try:
+        with path.open("rb") as file:
+            content = file.read(_MAX_BYTES + 1)  # a device may have no end
+        if len(content) > _MAX_BYTES:
+            return None, "", f"{path} is no TOML (more than {_MAX_BYTES} bytes); see {see}"
+        text = content.decode().replace("\r\n", "\n")
+        return tomllib.loads(text), text, ""
+    except FileNotFoundError:
+        return None, "", f"there is no {what} {str(path)!r}; see {see}"
+    except OSError as error:
+        return None, "", f"cannot read {str(path)!r} ({error.strerror}); give a TOML {what}"
+    except tomllib.TOMLDecodeError as error:
+        told = _told(str(error), text)
+        return None, "", f"{path}, {told}" if told else f"{path} is no TOML ({error}); see {see}"
+    except (ValueError, RecursionError):  # also an integer of thousands of digits
+        return None, "", f"{path} is no TOML (not such a text); see {see}"
+
+
+def _told(reason: str, text: str) -> str:
+    """What is wrong with the line at which reading ended, and what to write; "" if that is not clear."""
+    found = re.search(r"at line (\d+)", reason)
+    if found is None:
+        return ""
+    number = int(found[1])
+    line = text.split("\n")[number - 1].partition("#")[0]
+    key, equals, value = (part.strip() for part in line.partition("="))
+    if not equals or not value or "=" in value:
+        return ""
+    instead, why = _instead(value)
+    if not instead:
+        return ""
+    return f"line {number}: {shown(value)[1:-1]} {why}; write {shown(f'{key} = {instead}')[1:-1]}"
+
+
+def _instead(value: str) -> tuple[str, str]:
+    """What to write instead of a value, and what is wrong with it; nothing for one that seems right."""
+    if value[0] == "[" and value[-1] == "]":
+        parts = [part.strip() for part in value[1:-1].split(",")]
+        found = [_instead(part) for part in parts]
+        first = next((why for instead, why in found if instead), "")
+        mended = [instead or part for (instead, _), part in zip(found, parts, strict=True)]
+        return (f"[{', '.join(mended)}]", f"holds what {first}") if first else ("", "")
+    divisions = _DIVISIONS.fullmatch(value)
+    if divisions:
+        return f"[{divisions[1]}, {divisions[2]}]", "is no value of TOML"
+    if _COMMA.fullmatch(value):
+        whole = value.replace(",", ".")
+        return _instead(whole)[0] or whole, "has a comma where a decimal point belongs"
+    if _WITH_UNIT.fullmatch(value):
+        return f'"{value}"', "is a number with a unit, which needs quotes"
+    dot = _DOT.fullmatch(value)
+    if dot:
+        digits = "0" + dot[2] if dot[2][0] == "." else dot[2] + "0"
+        return f"{dot[1]}{digits}{dot[3] or ''}", "needs digits on both sides of its point"
+    if _WORD.fullmatch(value):
+        if value.lower() in ("true", "false", "yes", "no"):
+            return ("true" if value.lower() in ("true", "yes") else "false"), "is no value of TOML"
+        return f'"{value}"', "is a word, which needs quotes"
+    return "", ""
+
+
+def to_toml(tables: Mapping[str, Mapping[str, Any]]) -> str:
+    """Sections of plain values as TOML; keys without a value are left out."""
+    lines = []
+    for section, keys in tables.items():
+        lines += ["", f"[{section}]"]
+        lines += [f"{key} = {_value(value)}" for key, value in keys.items() if value is not None]
+    return "\n".join(lines[1:]) + "\n"
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return f'"{value}"' if isinstance(value, str) else repr(value)  # words only: nothing to escape

@@ -1,0 +1,160 @@
+"""Is it stable? What results say of that, in sentences: the first thing that a reader wants to know."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+__all__ = ["verdict"]
+
+Results = Mapping[str, Any]
+
+_OUTCOMES = {
+    "returned": "Let go, the balloon returns",
+    "distorted and stable": "Let go, the balloon does not return: it rests distorted, and stable there",
+    "not an equilibrium": "Let go, the balloon comes to rest in no stable equilibrium",
+    "distorted under the constraint": "Held distorted; what it does when it is let go, --release tells",
+}
+
+
+def verdict(results: Results) -> list[str]:
+    """Sentences on stability from the results of a command; none where it failed, or says nothing of it.
+
+    Args:
+        results: as in results.json, be it damaged.
+    """
+    make = {
+        "inflate": _inflate,
+        "modes": _modes,
+        "critical": _critical,
+        "harmonics": _critical,
+        "stability": _critical,  # of the demo
+        "mesh-study": _study,
+        "perturb": _perturb,
+    }.get(str(results.get("command")))
+    if make is None or results.get("error"):
+        return []
+    return make(results)
+
+
+def _pascals(pressure: float) -> str:
+    return f"{pressure:.4g} Pa" if pressure < 1e5 else f"{pressure / 1e3:.4g} kPa"
+
+
+def _is_pressure(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _mode(kind: Any, harmonic: Any) -> str:
+    name = f"a {kind} mode" if kind else "a mode"
+    return name if harmonic is None else f"{name} of harmonic {harmonic}"
+
+
+def _mesh(results: Results) -> str:
+    divisions = results.get("divisions")
+    if not isinstance(divisions, (list, tuple)) or len(divisions) != 2:
+        return "an unstructured mesh"
+    return f"{divisions[0]} × {divisions[1]} divisions"
+
+
+def _inflate(results: Results) -> list[str]:
+    if not _is_pressure(results.get("pressure")) or not results.get("converged"):
+        return []
+    return [
+        f"In equilibrium at {_pascals(results['pressure'])}. Whether that is stable, lobefem modes tells."
+    ]
+
+
+# --- critical pressures -------------------------------------------------------------------------
+
+
+def _critical(results: Results) -> list[str]:
+    pressure: Any = results.get("critical_pressure")
+    if not _is_pressure(pressure) or pressure <= 0:
+        reason = str(results.get("reason") or "")
+        if not reason and "chart" in results:
+            reason = f"stable at any pressure{_looked_at(results)}"
+        return [f"{reason[:1].upper()}{reason[1:]}."] if reason else []
+    held = " as its pressure rises" if results.get("state") == "inflated" else _looked_at(results)
+    mode = _mode(_kind(results), results.get("harmonic"))
+    if results.get("point") == "limit point":
+        first = f"Stable{held} up to {_pascals(pressure)}, a limit point; there {mode} gives way."
+    else:
+        first = f"Stable{held} below {_pascals(pressure)}, unstable from there on in {mode}."
+    bounds = results.get("bounds")
+    if isinstance(bounds, (list, tuple)) and len(bounds) == 2 and _is_pressure(bounds[0]):
+        end = f"unstable above {_pascals(bounds[1])}" if _is_pressure(bounds[1]) else "no upper bound found"
+        first = (
+            f"Stable{held} below {_pascals(bounds[0])}, {end}; between the two this film's law does not tell."
+        )
+    return [first, _whose(results)]
+
+
+def _looked_at(results: Results) -> str:
+    """The harmonics that were looked at, "" if all were."""
+    if results.get("only_harmonic") is not None:
+        return f" in harmonic {results['only_harmonic']}, which alone was looked at,"
+    chart, mesh = results.get("chart"), results.get("divisions")
+    if isinstance(chart, list) and isinstance(mesh, (list, tuple)) and len(chart) <= mesh[-1] // 2:
+        several = f" in the {len(chart)} harmonics that were looked at"
+        return several if len(chart) > 1 else " in that harmonic"
+    return ""
+
+
+def _kind(results: Results) -> str:
+    """Of the critical mode; a chart's stands in its row."""
+    if results.get("kind"):
+        return str(results["kind"])
+    chart = results.get("chart")
+    rows = [row for row in chart if isinstance(row, Mapping)] if isinstance(chart, list) else []
+    return next((str(row.get("kind")) for row in rows if row.get("harmonic") == results.get("harmonic")), "")
+
+
+def _whose(results: Results) -> str:
+    """Whether a critical pressure is the balloon's or the mesh's."""
+    mesh = _mesh(results)
+    if results.get("film") == "fixed-wrinkles":
+        return (
+            f"That pressure is the mesh's ({mesh}), not the balloon's: with fixed wrinkles it falls without "
+            "a limit as the mesh is refined. Closest to real film is --film tension-field --state inflated."
+        )
+    study = " or --mesh-study" if results.get("film") == "isotropic" else ""
+    return (
+        f"Whether that is the balloon's or the mesh's ({mesh}), one mesh cannot tell: compare with a finer "
+        f"one (--divisions{study})."
+    )
+
+
+def _study(results: Results) -> list[str]:
+    found = results.get("verdict")
+    return [str(sentence) for sentence in found] if isinstance(found, list) else []
+
+
+# --- single pressures ---------------------------------------------------------------------------
+
+
+def _modes(results: Results) -> list[str]:
+    entries = results.get("pressures")
+    known = (
+        [e for e in entries if isinstance(e, Mapping) and "stable" in e] if isinstance(entries, list) else []
+    )
+    known = [entry for entry in known if _is_pressure(entry.get("pressure"))]
+    where = f" on this mesh ({_mesh(results)})" if results.get("film") == "fixed-wrinkles" else ""
+    stable = ", ".join(_pascals(entry["pressure"]) for entry in known if entry["stable"])
+    said = [f"Stable{where} at {stable}."] if stable else []
+    for entry in known:
+        if not entry["stable"]:
+            modes = entry.get("modes")
+            lowest = modes[0] if isinstance(modes, list) and modes and isinstance(modes[0], Mapping) else {}
+            mode = _mode(lowest.get("kind"), lowest.get("harmonic"))
+            said.append(f"Unstable{where} at {_pascals(entry['pressure'])} in {mode}.")
+    return said
+
+
+def _perturb(results: Results) -> list[str]:
+    outcome = _OUTCOMES.get(str(results.get("outcome")))
+    if outcome is None:
+        return []
+    reason = str(results.get("reason") or "")
+    return [f"{outcome}{': ' + reason if reason else ''}."]
