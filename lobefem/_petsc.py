@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -23,7 +24,9 @@ __all__ = [
     "num_negative",
     "options",
     "set_direct_solver",
+    "tidy",
     "user_options",
+    "watch",
 ]
 
 # of the solvers' options
@@ -51,8 +54,41 @@ _EXACT = {"mat_mumps_icntl_35": 0, "mat_mumps_cntl_7": 0.0}
 _NODES, _SINGLY = {"mat_mumps_icntl_15": -3}, {"mat_mumps_icntl_15": 0}
 _ours: dict[str, str] = {}  # options that `set_direct_solver` has put into PETSc's database
 
+_watched: list[tuple[weakref.ref[Any], Any]] = []  # owners of PETSc objects, and their meshes
+
 # relative asymmetry below which a tangent counts as symmetric
 SYMMETRIC = 1e-12
+
+
+def watch(owner: Any, mesh: Any) -> None:
+    """Keep an owner's mesh, with its communicator, until `tidy` has freed what it leaves behind.
+
+    Args:
+        owner: of PETSc objects on the mesh's communicator.
+        mesh: of DOLFINx.
+    """
+    if mesh.comm.size > 1:
+        _watched.append((weakref.ref(owner), mesh))
+
+
+def tidy(comm: Any) -> None:
+    """Free the PETSc objects that Python has let go of on the meshes of these ranks. Collective.
+
+    On several ranks petsc4py cannot free them when they are let go of, which may be at another place on
+    each rank: it notes them down, under their communicator, until somebody asks for this. Without it a
+    long run on many meshes keeps the matrices of all.
+
+    Args:
+        comm: communicator of these ranks, a mesh's or another one.
+    """
+    for entry in list(_watched):
+        owner, mesh = entry
+        if MPI.Comm.Compare(mesh.comm, comm) not in (MPI.IDENT, MPI.CONGRUENT):
+            continue
+        gone = mesh.comm.allreduce(owner() is None, op=MPI.LAND)
+        PETSc.garbage_cleanup(mesh.comm)
+        if gone:
+            _watched.remove(entry)
 
 
 @contextmanager

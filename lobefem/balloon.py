@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _dolfinx
+from lobefem import _dolfinx, _petsc
 
 # isort: split
 import basix.ufl
@@ -80,6 +80,8 @@ class Balloon(Glanceable):
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
     ) -> None:
+        _petsc.tidy(surface.mesh.comm)
+        _petsc.watch(self, surface.mesh)
         self.surface, self.film, self.prestressed = surface, film, prestressed
         self.parts, self.hoop_slack, self.quadrature_degree = tuple(parts), hoop_slack, quadrature_degree
         self.given_frame, self.load_path = frame, load_path
@@ -148,6 +150,7 @@ class Balloon(Glanceable):
         The two share their displacement and loads; `Equilibrium.activate` puts in those of a state.
         """
         led = copy(self)
+        _petsc.watch(led, self.mesh)
         led._residual_vector, led._full_tangent = self._residual_vector, self._full_tangent
         led.map = constraint_map(self.V, self.surface, self.held, self.motion, guide)
         led.plate_forces, led._tangents, led.free = copy(self.plate_forces), {}, self

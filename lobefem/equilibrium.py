@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _whole, measures
+from lobefem import _petsc, _whole, measures
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
@@ -387,6 +387,7 @@ def record(
     steps: tuple[float, ...],
 ) -> Equilibrium:
     """What is measured at q under the balloon's present loads. Collective."""
+    _petsc.tidy(balloon.comm)  # what the way here has left
     r = q.duplicate()
     balloon.residual(q, r)
     norm, scale = r.norm(), balloon.load_norm(q)

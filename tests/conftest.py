@@ -9,6 +9,8 @@ import lobefem._dolfinx  # noqa: F401  first of all: it finds the stack and orde
 # isort: split
 from mpi4py import MPI
 
+from lobefem import _petsc
+
 
 def pytest_collection_finish(session):
     """What the imported modules hold stays: a hundred thousand objects that no later collection looks at."""
@@ -26,6 +28,7 @@ def _collect_together():
     """Destructors of PETSc and DOLFINx objects are collective: run them at the same place."""
     yield
     gc.collect()
+    _petsc.tidy(MPI.COMM_WORLD)
     MPI.COMM_WORLD.Barrier()
 
 

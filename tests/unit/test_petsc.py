@@ -1,10 +1,13 @@
 """PETSc's seams: options that do not leak, symmetry, inertia, the direct solver."""
 
+import gc
+
 import numpy as np
 import pytest
+from mpi4py import MPI
 from petsc4py import PETSc
 
-from lobefem import _petsc
+from lobefem import Balloon, TensionField, _petsc, lobed_cylinder
 
 
 def matrix(comm, dense):
@@ -124,3 +127,33 @@ def test_compression_is_of_one_solver_alone(comm, prefix):
         assert factor.getMumpsIcntl(35) == way
         assert factor.getMumpsCntl(7) == 1e-6
         assert ksp.getType() == ("gmres" if compressed else "preonly")
+
+
+def test_what_a_balloon_leaves_behind_is_freed_on_all_ranks(comm, monkeypatch):
+    """On one rank Python frees it itself; on several its mesh is kept until that is done."""
+    freed = []
+    cleanup = PETSc.garbage_cleanup
+    monkeypatch.setattr(PETSc, "garbage_cleanup", lambda c: (freed.append(c), cleanup(c)))
+    gc.collect()
+    _petsc.tidy(comm)
+    before = len(_petsc._watched)
+    balloon = Balloon(lobed_cylinder(1, (2, 4), comm=comm), TensionField())
+    mesh_comm = balloon.mesh.comm
+    balloon.tangent(balloon.map.create_vector())
+    kept = before + (comm.size > 1)
+    _petsc.tidy(comm)
+    assert len(_petsc._watched) == kept
+    if comm.rank:  # ranks may let go of it at different times
+        del balloon
+        gc.collect()
+    _petsc.tidy(comm)
+    assert len(_petsc._watched) == kept
+    if not comm.rank:
+        del balloon
+        gc.collect()
+    freed.clear()
+    _petsc.tidy(MPI.COMM_SELF)  # other ranks, another communicator
+    assert not freed
+    _petsc.tidy(comm)
+    assert len(_petsc._watched) == before
+    assert (mesh_comm in freed) == (comm.size > 1)
