@@ -66,6 +66,7 @@ MESHES = (
     ((24, 16), "quadrilateral", 1, 0.9),
     ((24, 32), "quadrilateral", 1, 0.9),
     ((48, 32), "quadrilateral", 1, 0.9),
+    ((36, 48), "quadrilateral", 1, 0.9),
 )
 
 Say = Callable[[str], None]
@@ -202,6 +203,8 @@ def run(
 def mesh_study(out: Path, comm: Any, say: Say, meshes: Sequence[Any] = MESHES) -> list[dict[str, Any]]:
     """Force at one displacement on each mesh; writes JSON. Collective."""
     rows = []
+    if comm.rank == 0:
+        out.mkdir(parents=True, exist_ok=True)
     for divisions, cell, order, grading in meshes:
         name = f"{divisions[0]} x {divisions[1]} {cell}s, order {order}, grading {grading}"
         one = balloon(divisions, comm, cell=cell, order=order, grading=grading)

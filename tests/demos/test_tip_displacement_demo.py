@@ -33,3 +33,14 @@ def test_tip_displacement_softens_goes_back_and_returns(shared_path):
         assert json.loads((shared_path / "tip_displacement.json").read_text())["lobes"] == 2
         assert (shared_path / "tip_displacement.png").stat().st_size > 10_000
         assert "N/m at first" in demo.words(numbers)[0]
+
+
+def test_the_mesh_study_writes_into_a_folder_that_is_not_there_yet(shared_path):
+    demo = load("tip_displacement")
+    out = shared_path / "new"
+    rows = demo.mesh_study(out, MPI.COMM_WORLD, lambda text: None, [((4, 6), "quadrilateral", 1, 0.5)])
+    assert rows[0]["force"] > 0
+    assert rows[0]["stopped"] is None
+    assert "| 4 x 6 | quadrilateral | 1 | 0.5 |" in demo.table(rows)
+    if MPI.COMM_WORLD.rank == 0:
+        assert json.loads((out / "mesh_study.json").read_text())["rows"][0]["grading"] == 0.5
