@@ -167,7 +167,9 @@ def perturb(
     imposed: Equilibrium | None = None
     start: Any = resume
     if notes.get("phase") != "release":
-        imposed = log.ramp(distortion, resume, steps, progress)
+        # the time left of the ramp is not that of the study where a release follows, whose nobody knows
+        plain = None if progress is None or not let_go else lambda text: progress(str(text))
+        imposed = log.ramp(distortion, resume, steps, plain or progress)
         start = release_start(imposed)
     released = None
     if let_go:

@@ -43,6 +43,24 @@ def test_the_time_left_is_in_proportion_to_what_was_done_in_this_run():
     assert clock.left() == "about 1:52:30 left"
 
 
+@pytest.mark.parametrize(
+    ("seconds", "share", "said"),
+    [
+        (2.9, 0.5, ""),  # a start says little of what follows
+        (30.0, 0.02, ""),
+        (3.0, 0.5, "about 0:03 left"),
+        (60.0, 0.01, "about 1:39:00 left"),
+    ],
+)
+def test_nothing_is_said_of_the_time_left_before_it_is_known(seconds, share, said):
+    now = 0.0
+    clock = Clock(lambda: now)
+    clock.tell(0.0)
+    now = seconds
+    clock.tell(share)
+    assert clock.left() == said
+
+
 def test_plain_lines_where_there_is_no_terminal(monkeypatch, capfd, comm):
     monkeypatch.setattr(reporting, "EVERY", 0.0)
     arguments = ["inflate", "meshes/single.toml", "--divisions", "4x8"]
