@@ -7,7 +7,7 @@ import pytest
 
 from lobefem import cli, reporting
 from lobefem.log import logger
-from lobefem.progress import part, said, share_of
+from lobefem.progress import part, plain, said, share_of
 from lobefem.reporting import Clock
 from lobefem.signals import Stop
 
@@ -23,6 +23,9 @@ def test_a_line_knows_how_far_a_study_is():
     second(said("goes on", 0.5))
     assert [(str(line), share_of(line)) for line in lines] == [("begins", 0.5), ("goes on", 0.75)]
     assert part(None, 0, 1) is None
+    plain(lines.append)(said("no share", 1.0))
+    assert (lines[-1], share_of(lines[-1])) == ("no share", None)
+    assert plain(None) is None
 
 
 def test_the_time_left_is_in_proportion_to_what_was_done_in_this_run():
