@@ -208,6 +208,16 @@
     });
   }
 
+  // --- tables -------------------------------------------------------------------------------------
+
+  // the tab key stops at a table to scroll it, so not at one that fits
+  const stops = () => document.querySelectorAll(".scroll").forEach((one) => {
+    one.tabIndex = one.scrollWidth > one.clientWidth ? 0 : -1;
+  });
+  stops();
+  window.addEventListener("resize", stops);
+  document.addEventListener("toggle", stops, true);
+
   // --- when what is drawn -------------------------------------------------------------------------
 
   // What comes into sight is drawn at once; the rest one after the other, so that the page

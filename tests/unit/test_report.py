@@ -290,6 +290,9 @@ frame.onload = () => setTimeout(() => {{
   choice.dispatchEvent(new frame.contentWindow.Event("change"));
   found.said = page.getElementById("view-said").textContent;
   found.wide = page.documentElement.scrollWidth;
+  const tables = [...page.querySelectorAll(".scroll")];
+  found.stops = tables.filter((one) => one.tabIndex === 0).length;
+  found.scrolled = tables.filter((one) => one.scrollWidth > one.clientWidth).length;
   console.log("FOUND " + JSON.stringify(found) + " DNUOF");
 }}, 1500);
 </script>"""
@@ -349,6 +352,7 @@ def test_in_a_browser(run):
     assert found["fields"][0].startswith("Mode 1: sway, n = 1")
     assert len(found["fields"]) == 2 * (3 + 3 + 1)
     assert found["said"] == "At 2000 Pa: Stress, shear N_mh."
+    assert 0 < found["stops"] == found["scrolled"] < 8  # the tab key stops at tables that do not fit
     assert found["wide"] <= 420  # nothing sticks out of a narrow window
     # the film is drawn from green to teal over a page of grey: not in the right quarter, where the bar is
     pixels = imread(kept / "light.png")[:, :750, :3]
