@@ -52,7 +52,9 @@ def read_toml(path: Path, what: str, see: str) -> tuple[dict[str, Any] | None, s
         return None, "", f"cannot read {str(path)!r} ({error.strerror}); give a TOML {what}"
     except tomllib.TOMLDecodeError as error:
         told = _told(str(error), text)
-        return None, "", f"{path}, {told}" if told else f"{path} is no TOML ({error}); see {see}"
+        reason = str(error)  # which may quote a key of thousands of parts
+        reason = reason if len(reason) <= 200 else f"{reason[:100]}...{reason[-60:]}"
+        return None, "", f"{path}, {told}" if told else f"{path} is no TOML ({reason}); see {see}"
     except (ValueError, RecursionError):  # also an integer of thousands of digits
         return None, "", f"{path} is no TOML (not such a text); see {see}"
 

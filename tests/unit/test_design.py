@@ -299,6 +299,16 @@ def test_values_that_toml_lacks_are_said_with_what_to_write(shared_path, comm, l
     assert str(caught.value).endswith(f"; write {instead}")
 
 
+def test_what_toml_says_of_an_endless_key_is_cut_short(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(f"film.E = []\nfilm.E{'.a' * 1500} = 0\n")
+    with pytest.raises(
+        InputError, match=r"mine\.toml is no TOML \(Cannot mutate .*\.\.\..*\); see"
+    ) as caught:
+        Design.load(path)
+    assert len(str(caught.value)) < 400 + len(str(path))
+
+
 def test_a_faulty_file_is_named(shared_path, comm):
     path = shared_path / "mine.toml"
     if comm.rank == 0:
