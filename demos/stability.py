@@ -135,6 +135,7 @@ def study(
     snapshot = Snapshot(balloon, at, shown.state, tuple(shown[i] for i in picked))
     told = origin("stability", described) | {"title": title} | numbers
     told["harmonic"] = told.pop("critical_harmonic")
+    told["kind"] = None if critical.mode is None else critical.mode.kind
     told["stored_modes"] = [mode_data(shown[i]) | {"number": i + 1} for i in picked]
     if law == "fixed-wrinkles":
         told["warnings"].append(MESH_DEPENDENT)

@@ -17,6 +17,8 @@ from lobefem.units import shown
 __all__ = ["read_toml", "to_toml"]
 
 _MAX_BYTES = 50_000  # of a file; whatever it holds is then read in seconds
+# what TOML says of a value that is none of its own; of a key given twice, say, it says something else
+_NO_VALUE = ("Invalid value", "Expected newline or end of document", "Unclosed array")
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _WITH_UNIT = re.compile(rf"({_NUMBER})\s*([A-Za-zµμ][\w/^µμ]*)")
 _COMMA = re.compile(r"[-+]?\d+,\d+(?:\s*[A-Za-zµμ][\w/^µμ]*)?")
@@ -50,7 +52,9 @@ def read_toml(path: Path, what: str, see: str) -> tuple[dict[str, Any] | None, s
         return None, "", f"cannot read {str(path)!r} ({error.strerror}); give a TOML {what}"
     except tomllib.TOMLDecodeError as error:
         told = _told(str(error), text)
-        return None, "", f"{path}, {told}" if told else f"{path} is no TOML ({error}); see {see}"
+        reason = str(error)  # which may quote a key of thousands of parts
+        reason = reason if len(reason) <= 200 else f"{reason[:100]}...{reason[-60:]}"
+        return None, "", f"{path}, {told}" if told else f"{path} is no TOML ({reason}); see {see}"
     except (ValueError, RecursionError):  # also an integer of thousands of digits
         return None, "", f"{path} is no TOML (not such a text); see {see}"
 
@@ -58,7 +62,7 @@ def read_toml(path: Path, what: str, see: str) -> tuple[dict[str, Any] | None, s
 def _told(reason: str, text: str) -> str:
     """What is wrong with the line at which reading ended, and what to write; "" if that is not clear."""
     found = re.search(r"at line (\d+)", reason)
-    if found is None:
+    if found is None or not reason.startswith(_NO_VALUE):
         return ""
     number = int(found[1])
     line = text.split("\n")[number - 1].partition("#")[0]
@@ -73,7 +77,7 @@ def _told(reason: str, text: str) -> str:
 
 def _instead(value: str) -> tuple[str, str]:
     """What to write instead of a value, and what is wrong with it; nothing for one that seems right."""
-    if value[0] == "[" and value[-1] == "]":
+    if value[:1] == "[" and value[-1:] == "]":
         parts = [part.strip() for part in value[1:-1].split(",")]
         found = [_instead(part) for part in parts]
         first = next((why for instead, why in found if instead), "")

@@ -45,7 +45,7 @@ class Equilibrium(Glanceable):
         volume: enclosed by film and plates [m^3].
         strain_energy: of film, cords and bar [J], built-in stress included; None for a film whose
             stress is no energy's gradient.
-        max_displacement: largest nodal displacement [m].
+        max_displacement: largest nodal displacement [m], without the tilt that a pinned support leaves free.
         bar_force: [N], tension positive; None without a bar or with both rims held.
         hoop_tension: mean tension of each cord group [N].
         taut_area, wrinkled_area, slack_area: reference areas [m^2].
@@ -408,7 +408,7 @@ def record(
         relative_residual=norm / scale if scale else norm,
         volume=balloon.volume(),
         strain_energy=balloon.strain_energy(),
-        max_displacement=measures.largest(balloon, displacement),
+        max_displacement=measures.largest_of_state(balloon, displacement),
         bar_force=bar_force,
         hoop_tension=measures.cord_tensions(balloon),
         taut_area=taut,

@@ -23,6 +23,9 @@ __all__ = ["FILMS", "Film", "FixedWrinkles", "Isotropic", "TensionField", "Wrink
 Number = Callable[[float], Any]
 
 
+_ROUND_OFF = 1e-9  # of a principal stress, over the other one
+
+
 @dataclass(frozen=True)
 class Film(ABC):
     """A thin elastic film.
@@ -82,10 +85,11 @@ class Film(ABC):
         """Indicators (1 or 0) of taut, wrinkled and slack film at a strain.
 
         Paper sec. 4: taut where the minor principal stress of the isotropic law is positive,
-        slack where no principal strain is, wrinkled in between.
+        slack where no principal strain is, wrinkled in between. Film that pulls one way alone, as in the
+        ideal isotensoid, is on the border, and wrinkled: round-off does not decide.
         """
         e1, e2 = _principal(strain)
-        taut = ufl.conditional(ufl.ge(e2 + number(self.nu) * e1, 0), 1.0, 0.0)
+        taut = ufl.conditional(ufl.ge(e2 + number(self.nu) * e1, _ROUND_OFF * abs(e1)), 1.0, 0.0)
         slack = ufl.conditional(ufl.le(e1, 0), 1.0, 0.0) * (1 - taut)
         return taut, 1 - taut - slack, slack
 

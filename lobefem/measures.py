@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,8 +19,12 @@ from mpi4py import MPI
 __all__ = [
     "cord_tensions",
     "displacement_of",
+    "distance_of",
+    "free_to_turn",
     "largest",
+    "largest_of_state",
     "nodal_areas",
+    "owned_nodes",
     "region_areas",
     "region_shares",
     "straining_share",
@@ -123,3 +128,51 @@ def largest(balloon: Balloon, displacement: npt.NDArray[Any]) -> float:
     """Largest nodal displacement [m]. Collective."""
     square = (np.abs(displacement) ** 2).sum(axis=1).max(initial=0.0)
     return float(np.sqrt(balloon.comm.allreduce(square, op=MPI.MAX)))
+
+
+# --- rigid motions that supports leave ----------------------------------------------------------
+
+
+def free_to_turn(balloon: Balloon) -> bool:
+    """Whether nothing resists a tilt about the bottom plate's centre."""
+    return balloon.plates is not None and balloon.plates.support == "pinned"
+
+
+def owned_nodes(balloon: Balloon) -> tuple[Array, Array]:
+    """Reference positions (n, 3) and areas (n,) of the nodes that this rank owns."""
+    areas = nodal_areas(balloon)
+    return balloon.V.tabulate_dof_coordinates()[: len(areas)], areas
+
+
+def distance_of(balloon: Balloon, from_: Array, to: Array) -> tuple[float, float]:
+    """Largest distance of a node between two shapes [m], and the turn taken out of it [rad].
+
+    Where the bottom plate can tilt about its centre the one shape is turned about that into the best fit
+    (Kabsch 1976). Collective.
+
+    Args:
+        balloon: of both.
+        from_: nodal displacements of the one shape (nodes, 3).
+        to: those of the other.
+    """
+    x, areas = owned_nodes(balloon)
+    a, b = x + from_[: len(x)], x + to[: len(x)]
+    turn = np.eye(3)
+    if free_to_turn(balloon):
+        centre = balloon.motion.centres[0]  # type: ignore[union-attr]
+        a, b = a - centre, b - centre
+        U, _, Vt = np.linalg.svd(balloon.comm.allreduce((b * areas[:, None]).T @ a))
+        turn = U @ np.diag([1, 1, np.sign(np.linalg.det(U @ Vt))]) @ Vt
+    sine = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
+    angle = math.atan2(float(np.linalg.norm(sine)), (np.trace(turn) - 1) / 2)
+    return largest(balloon, b - a @ turn.T), angle
+
+
+def largest_of_state(balloon: Balloon, displacement: Array) -> float:
+    """Largest nodal displacement of a state [m], without the tilt that a pinned support leaves free.
+
+    No force sets that tilt: it is what round-off over a stiffness of zero makes it. Collective.
+    """
+    if balloon.guide is not None or not free_to_turn(balloon):
+        return largest(balloon, displacement)
+    return distance_of(balloon, np.zeros_like(displacement), displacement)[0]

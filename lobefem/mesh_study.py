@@ -25,7 +25,7 @@ from lobefem.continuum import continuum_pressure, unstable_from
 from lobefem.errors import InputError
 from lobefem.films import FILMS, Film, Isotropic, TensionField
 from lobefem.lobe import Lobe
-from lobefem.progress import part
+from lobefem.progress import part, said
 
 __all__ = ["DIVISIONS", "LOW", "PUBLISHED", "Continuum", "MeshStudy", "Trend", "mesh_study", "trend"]
 
@@ -37,6 +37,7 @@ LOW = (2, 3, 4, 5, 6)
 # where isotropic film has its lowest critical pressure: n = 7 of the paper's lobe
 _SEARCHED = range(2, 25)
 # the paper's sec. 5: film with fixed wrinkles, by number of lobes [Pa]
+_MAKING = 4000  # what a mesh costs before its harmonics, in nodes of one
 PUBLISHED = {1: 4600.0, 4: 3000.0}
 
 
@@ -161,14 +162,17 @@ def mesh_study(
         )
     charts: list[HarmonicChart] = []
     done = {chart.divisions: chart for chart in known}
-    work = np.cumsum([0.0, *(along * around for along, around in meshes)])
+    # harmonics take their share by the mesh's nodes; each mesh is made first, and at the end there is a fit
+    sizes = [along * around for along, around in meshes]
+    work = np.cumsum([0.0, *(_MAKING + size for size in sizes), _MAKING])
     for k, mesh in enumerate(meshes):
         if mesh in done and mesh != meshes[-1]:
             charts.append(done[mesh])
             continue
-        on_mesh = part(progress, work[k] / work[-1], work[k + 1] / work[-1])
-        if on_mesh is not None:
-            on_mesh(f"mesh study: {mesh[0]} x {mesh[1]} divisions")
+        ready = work[k + 1] - 0.75 * sizes[k]
+        on_mesh = part(progress, ready / work[-1], work[k + 1] / work[-1])
+        if progress is not None:
+            progress(said(f"mesh study: {mesh[0]} x {mesh[1]} divisions", work[k] / work[-1]))
         balloon = make_balloon(mesh)
         _check_balloon(balloon)
         charts.append(done.get(mesh) or harmonic_chart(balloon, comm=comm, progress=on_mesh))

@@ -20,6 +20,7 @@ from lobefem.distortions import Distortion, Increment, distort, release_start
 from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.flow import Ledger, Record
+from lobefem.progress import plain
 from lobefem.release import Moment, Released, release
 from lobefem.states import Checkpoint, Keepable
 
@@ -157,7 +158,7 @@ def perturb(
             f"the run to go on with is of another study, {_said(notes.get('study'))}; repeat its options, or "
             "start afresh without --resume"
         )
-    original = inflate(balloon, pressure, progress=progress)
+    original = inflate(balloon, pressure, progress=plain(progress))
     try:
         log = _Log(original, study, notes, keep)
     except (TypeError, KeyError, ValueError, AttributeError) as error:
@@ -167,7 +168,8 @@ def perturb(
     imposed: Equilibrium | None = None
     start: Any = resume
     if notes.get("phase") != "release":
-        imposed = log.ramp(distortion, resume, steps, progress)
+        # the time left of the ramp is not that of the study where a release follows, whose nobody knows
+        imposed = log.ramp(distortion, resume, steps, plain(progress) if let_go else progress)
         start = release_start(imposed)
     released = None
     if let_go:

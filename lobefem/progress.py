@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-__all__ = ["Progress", "part", "said", "share_of"]
+__all__ = ["Progress", "part", "plain", "said", "share_of"]
 
 Progress = Callable[[str], None]
 
@@ -43,3 +43,10 @@ def part(progress: Progress | None, first: float, last: float) -> Progress | Non
         progress(said(text, first + (share_of(text) or 0.0) * (last - first)))
 
     return report
+
+
+def plain(progress: Progress | None) -> Progress | None:
+    """What to pass to a part of a study that does not know how much of the whole it is."""
+    if progress is None:
+        return None
+    return lambda text: progress(str(text))

@@ -20,8 +20,7 @@ from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.log import logger
-from lobefem.measures import largest, nodal_areas
-from lobefem.progress import said
+from lobefem.measures import distance_of, free_to_turn, largest, owned_nodes
 from lobefem.stability import Mode, Modes, find_modes
 
 # isort: split
@@ -192,17 +191,12 @@ def release(
     balloon.set_loads(start.pressure, start.prestress)
     q = start.vector()
 
-    first = share = 0.0
-
     def report(record: Record, unknowns: Array) -> None:
-        nonlocal first, share
-        first = first or record.relative_residual
-        share = max(share, _way(first, record.relative_residual, settled))
-        text = (
+        # how much is left nothing tells: the residual rests for most of the steps, and falls at the end
+        say(
             f"release {record.time:.3g} s, step {record.number}: |r| = {record.relative_residual:.1e} of the "
             f"load, V = {record.volume:.6g} m^3"
         )
-        say(said(text, share))
         if on_step is not None:
             on_step(record, Moment(balloon, start.pressure, start.prestress, unknowns))
 
@@ -228,7 +222,7 @@ def release(
     modes = lowest = None
     distance = rotation = moved = math.nan
     rest = last if state is None else state
-    distance, rotation = _distance(balloon, undistorted.displacement, rest.displacement)
+    distance, rotation = distance_of(balloon, undistorted.displacement, rest.displacement)
     if state is not None:
         moved = largest(balloon, state.displacement - last.displacement)
         say("release: lowest eigenvalues")
@@ -250,13 +244,6 @@ def release(
         history=records,
         rejected=rejected,
     )
-
-
-def _way(first: float, now: float, settled: float) -> float:
-    """Share of the way from the first residual to rest, for forces that fade exponentially."""
-    if not 0 < settled < first:
-        return 0.0
-    return math.log(first / max(now, settled)) / math.log(first / settled)
 
 
 def _check(
@@ -330,51 +317,17 @@ def _judge(
 # --- rigid motions ------------------------------------------------------------------------------
 
 
-def _free_to_turn(balloon: Balloon) -> bool:
-    return balloon.plates is not None and balloon.plates.support == "pinned"
-
-
 def _num_rigid(balloon: Balloon) -> int:
     """Rigid motions that the supports leave: a pinned bottom plate's two tilts."""
-    return 2 if _free_to_turn(balloon) else 0
-
-
-def _owned(balloon: Balloon) -> tuple[Array, Array]:
-    """Reference positions (n, 3) and areas (n,) of the nodes that this rank owns."""
-    areas = nodal_areas(balloon)
-    return balloon.V.tabulate_dof_coordinates()[: len(areas)], areas
-
-
-def _distance(balloon: Balloon, from_: Array, to: Array) -> tuple[float, float]:
-    """Largest distance of a node between two shapes [m], and the turn taken out of it [rad].
-
-    Where the bottom plate can tilt about its centre the one shape is turned about that into the best fit
-    (Kabsch 1976). Collective.
-
-    Args:
-        balloon: of both.
-        from_: nodal displacements of the undistorted shape (nodes, 3).
-        to: those of the other.
-    """
-    x, areas = _owned(balloon)
-    a, b = x + from_[: len(x)], x + to[: len(x)]
-    turn = np.eye(3)
-    if _free_to_turn(balloon):
-        centre = balloon.motion.centres[0]  # type: ignore[union-attr]
-        a, b = a - centre, b - centre
-        U, _, Vt = np.linalg.svd(balloon.comm.allreduce((b * areas[:, None]).T @ a))
-        turn = U @ np.diag([1, 1, np.sign(np.linalg.det(U @ Vt))]) @ Vt
-    sine = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
-    angle = math.atan2(float(np.linalg.norm(sine)), (np.trace(turn) - 1) / 2)
-    return largest(balloon, b - a @ turn.T), angle
+    return 2 if free_to_turn(balloon) else 0
 
 
 def _is_rigid(state: Equilibrium, mode: Mode) -> bool:
     """Whether a mode is a turn about the bottom plate's centre, to a thousandth. Collective."""
     balloon = state.balloon
-    if not _free_to_turn(balloon):
+    if not free_to_turn(balloon):
         return False
-    x, areas = _owned(balloon)
+    x, areas = owned_nodes(balloon)
     arm = x + state.displacement[: len(x)] - balloon.motion.centres[0]  # type: ignore[union-attr]
     turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)]).reshape(3, -1)
     weights = np.repeat(areas, 3)

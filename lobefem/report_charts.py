@@ -89,8 +89,11 @@ def eigenvalues(run: Run) -> Chart | None:
         trace["y"] += [*branch["values"], None]
         trace["text"] += [_name(branch)] * (len(branch["values"]) + 1)
     shown = list(traces.values())
-    critical = results.get("critical_pressure")
-    if _finite(critical) and critical:
+    critical, last = results.get("critical_pressure"), max(max(b["pressures"]) for b in branches)
+    far = ""
+    if _finite(critical) and critical > 1.5 * last:  # would leave the curves no room
+        far = f" The critical pressure, {critical:.4g} Pa, is far to the right."
+    elif _finite(critical) and critical:
         n = results.get("harmonic")
         shown.append(
             {
@@ -100,9 +103,8 @@ def eigenvalues(run: Run) -> Chart | None:
             }
         )  # fmt: skip
     lowest = min(min(b["values"]) for b in branches)
-    description = (
-        f"Eigenvalues of {len(branches)} modes against pressure; the lowest value is {lowest:.4g} {unit}."
-    )
+    told = f"the lowest value is {lowest:.4g} {unit}"
+    description = f"Eigenvalues of {len(branches)} modes against pressure; {told}.{far}"
     table = Table(
         "Eigenvalue curves",
         ("mode", "pressures [Pa]", f"eigenvalues [{unit}]"),

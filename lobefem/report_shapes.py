@@ -168,7 +168,7 @@ def stress_maps(run: Run) -> list[Picture]:
     if not named:
         return []
     polygons, area = _unrolled(run)
-    stresses = [step.cells["stress_resultants"] for _, step in named]
+    stresses = [_resultants(step) for _, step in named]
     limits = [_limits([s[:, k] for s in stresses]) for k in range(3)]
     pictures = []
     for (name, step), stress in zip(named, stresses, strict=True):
@@ -195,6 +195,12 @@ def stress_maps(run: Run) -> list[Picture]:
             )
         )
     return pictures
+
+
+def _resultants(step: Step) -> Array:
+    """Stress resultants, round-off beside the largest one taken for nothing: it has no map."""
+    stress = step.cells["stress_resultants"]
+    return np.where(np.abs(stress) > 1e-9 * np.abs(stress).max(initial=0.0), stress, 0.0)
 
 
 def _step_name(run: Run, index: int) -> str:
@@ -343,7 +349,7 @@ def _views(run: Run, film: Skin) -> Iterator[dict[str, Any]]:
                 "group": group, "name": "Displacement", "kind": "state", "bar": "displacement [m]", **moved,
                 "values": _pack(size, "<f4"), "range": [0.0, float(size.max())],
             }  # fmt: skip
-        stress = step.cells.get("stress_resultants")
+        stress = _resultants(step) if "stress_resultants" in step.cells else None
         for k, name in enumerate(STRESSES if stress is not None else ()):
             values = stress[:, k]  # type: ignore[index]
             yield {

@@ -15,6 +15,8 @@ from lobefem.progress import Progress, share_of
 __all__ = ["Clock", "reporting"]
 
 EVERY = 10.0  # [s] from plain line to plain line
+# the time left is not told from less than three seconds, or from little of the work in less than a minute
+_LEAST, _LITTLE, _LONG = 3.0, 0.03, 60.0
 
 
 class Clock:
@@ -37,7 +39,9 @@ class Clock:
             self._begin, self._end = (None if share is None else (now, share)), None
         elif self._begin is not None and share > self._begin[1]:
             then, first = self._begin
-            self._end = now + (now - then) * (1 - share) / (share - first)
+            took, done = now - then, share - first
+            if took >= _LEAST and (done >= _LITTLE or took >= _LONG):
+                self._end = now + took * (1 - share) / done
         self.share = share
 
     def left(self) -> str:

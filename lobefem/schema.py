@@ -68,7 +68,7 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "strain_energy": ("J", "of film, cords and bar; null for film without an energy"),
         "max_displacement": (
             "m",
-            "largest nodal displacement, with the tilt that a pinned support leaves free",
+            "largest nodal displacement, without the tilt that a pinned support leaves free",
         ),
         "bar_force": ("N", "tension positive; null without a bar or with both rims held"),
         "hoop_tension": ("N", "mean tension of each hoop"),

@@ -389,11 +389,12 @@ def _cyclic_order(state: Equilibrium) -> int:
     order_of_symmetry = state.balloon.surface.cyclic_order
     if order_of_symmetry is None:
         return 0
-    if not state.max_displacement:
+    moved = largest(state.balloon, state.displacement)
+    if not moved:
         return order_of_symmetry
     power = spectrum(state.balloon, state.displacement, np.zeros_like(state.displacement))
     power[::order_of_symmetry] = 0.0
-    broken = math.sqrt(power.sum()) * state.max_displacement
+    broken = math.sqrt(power.sum()) * moved
     return order_of_symmetry if broken <= 1e-9 * math.sqrt(state.balloon.reference_area) else 0
 
 

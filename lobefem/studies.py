@@ -19,6 +19,7 @@ from lobefem.mesh_study import DIVISIONS, MeshStudy
 from lobefem.mesh_study import mesh_study as study_meshes
 from lobefem.perturbation import Perturbed, Point
 from lobefem.perturbation import perturb as impose
+from lobefem.progress import plain
 from lobefem.stability import find_modes
 from lobefem.states import Keepable
 from lobefem.storage import RunFolder, Snapshot
@@ -140,7 +141,7 @@ def _along_path(
             limit=limit,
             resume=None if folder is None else folder.kept(balloon),
             keep=None if folder is None else folder.keep,
-            progress=progress,
+            progress=plain(progress),
         )
     except SolveError as error:
         outcome.error = error

@@ -208,9 +208,19 @@
     });
   }
 
+  // --- tables -------------------------------------------------------------------------------------
+
+  // the tab key stops at a table to scroll it, so not at one that fits
+  const stops = () => document.querySelectorAll(".scroll").forEach((one) => {
+    one.tabIndex = one.scrollWidth > one.clientWidth ? 0 : -1;
+  });
+  stops();
+  window.addEventListener("resize", stops);
+  document.addEventListener("toggle", stops, true);
+
   // --- when what is drawn -------------------------------------------------------------------------
 
-  // What comes into sight is drawn at once; the rest in idle moments, one after the other, so that the page
+  // What comes into sight is drawn at once; the rest one after the other, so that the page
   // can be read and scrolled meanwhile; on paper all of it.
   const waiting = new Map(view ? [[view, startView]] : []);
   for (const chart of Object.entries(data.charts)) waiting.set(document.getElementById(chart[0]), () => drawChart(chart));
@@ -231,14 +241,13 @@
     setTimeout(() => draw(target));
   }), { rootMargin: "200px" });
   [...waiting.keys()].forEach((one) => watch.observe(one));
-  const idle = window.requestIdleCallback || ((action) => setTimeout(action, 50));
   const next = () => {
     const [first] = waiting.keys();
     if (!first) return;
     draw(first);
-    idle(next);
+    setTimeout(next, 20);
   };
-  window.addEventListener("load", () => idle(next));
+  window.addEventListener("load", () => setTimeout(next, 20));
   window.addEventListener("beforeprint", () => [...waiting.keys()].filter((one) => one !== view).forEach(draw));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   matchMedia("print").addEventListener("change", redrawCharts); // in the colours of paper

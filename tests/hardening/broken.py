@@ -127,6 +127,27 @@ def mutated(draw):
     return bytes(data)
 
 
+@st.composite
+def sweep_files(draw):
+    """The demo's sweep with some lines or values changed, or tables of any kind."""
+    lines = [
+        f"command = {draw(st.one_of(st.just(chr(39) + 'critical' + chr(39)), TOML))}",
+        f"design = {draw(st.one_of(st.sampled_from([repr(SINGLE), repr([SINGLE, SINGLE])]), TOML))}",
+    ]
+    for table in ("options", "vary"):
+        names = st.one_of(
+            st.sampled_from(["state", "limit", "film.E", "shape.lobes", "x", '"a.b"', "film"]),
+            st.sampled_from(KEYS).map(".".join),
+        )
+        for _ in range(draw(st.integers(0, 3))):
+            value = draw(TOML) if draw(st.booleans()) else f"[{draw(TOML)}, {draw(TOML)}]"
+            lines.append(f"{table}.{draw(names)} = {value}")
+    if draw(st.integers(0, 4)) == 0:
+        del lines[draw(st.integers(0, len(lines) - 1))]
+    return "\n".join(lines).encode(errors="surrogatepass")
+
+
+SWEEP_FILES = st.one_of(sweep_files(), sweep_files(), random_tables(), st.binary(max_size=64))
 DESIGN_FILES = st.one_of(random_tables(), mutated(), mutated(), st.binary(max_size=64))
 
 # --- command lines ------------------------------------------------------------------------------
@@ -161,6 +182,11 @@ PLAIN = {  # sound values, all of them of little work
     "--petsc": ["-lobefem_inflate_snes_max_it 30"],
     "--out": ["OUT/new"],
     "--json": ["OUT/x.json"],
+    "--what": ["modes", "stress", "state", "curves", "release"],
+    "--to": ["OUT/a.png", "OUT/a.svg"],
+    "--format": ["png", "svg"],
+    "--mode": ["1", "1,2"],
+    "--width": ["85", "170"],
 }
 TAKEN = {  # by each command
     name: {spelling for option in command.params for spelling in option.opts}
@@ -186,6 +212,12 @@ WILD = {  # by option, what it should refuse besides any text at all
     "--bend": ["90", "89.9", "1e300"],
     "--tip-displacement": ["100 km", "1e-300"],
     "--lobes": ["2000000", "100000"],
+    "--to": ["", "OUT", "OUT/none/a.png", "OUT/a", "OUT/a.exe", "/dev/null/a.png", "OUT/full/other/a.png",
+             "OUT/" + "n" * 300 + ".png", "OUT/a\nb.png"],
+    "--format": ["exe", "PNG", "gif,png"],
+    "--mode": ["0", "-1", "99", "1:", "1:999999999"],
+    "--width": ["0", "1e9", "1e-9"],
+    "--what": ["", "all"],
     "--steps": ["0", "1.5"],
 }  # fmt: skip
 
@@ -193,12 +225,15 @@ WILD = {  # by option, what it should refuse besides any text at all
 @st.composite
 def command_lines(draw):
     """A command with options of which most make sense; OUT stands for a folder of its own."""
-    command = draw(st.sampled_from([*COMMANDS, *COMMANDS, "report", "", "--version", "-h"]))
+    command = draw(st.sampled_from([*COMMANDS, *COMMANDS, "plot", "plot", "report", "", "--version", "-h"]))
+    sound = "OUT/run" if command in ("plot", "report") else SINGLE
     line = [
         command,
-        draw(st.sampled_from([SINGLE] * 12 + ["OUT", "none.toml", "", "/dev/zero", "/dev/null"])),
+        draw(st.sampled_from([sound] * 12 + ["OUT", "none.toml", "", "/dev/zero", "/dev/null"])),
     ]
-    if draw(st.integers(0, 9)):
+    if command == "plot" and draw(st.integers(0, 9)):
+        line += ["--what", draw(st.sampled_from(PLAIN["--what"]))]
+    elif command != "plot" and draw(st.integers(0, 9)):
         line += ["--divisions", "4x6"]
     if command == "perturb" and draw(st.integers(0, 4)):
         line += ["--film", "tension-field", "--pressure", "5", "--steps", "2"]
@@ -219,7 +254,7 @@ def command_lines(draw):
                 line.append(draw(st.sampled_from(PLAIN[name])))
             elif kind == "wild" and name in WILD:
                 line.append(draw(st.sampled_from(WILD[name])))
-            elif name not in ("--out", "--json", "--steps"):
+            elif name not in ("--out", "--json", "--steps", "--to"):
                 line.append(draw(TEXTS))
     return [word.replace("\x00", "") for word in line]  # what no process can be given
 

@@ -3,15 +3,28 @@
 import contextlib
 import json
 import shutil
+from pathlib import Path
 
-from broken import cases, command_lines, fault, fault_of_results, leftovers, run
+import pytest
+from broken import SINGLE, cases, command_lines, fault, fault_of_results, leftovers, run
 from hypothesis import given
 from mpi4py import MPI
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """A run of modes, for what reads one."""
+    folder = MPI.COMM_WORLD.bcast(tmp_path_factory.getbasetemp() / "kept", root=0)
+    assert run(["modes", SINGLE, "--divisions", "4x6", "--count", "2", "--out", folder])[0] == 0
+    return folder
 
 
 @cases(0.25, 12)
 @given(command_lines())
-def test_any_command_line_ends_well_or_in_one_sentence(tmp_path_factory, line):
+def test_any_command_line_ends_well_or_in_one_sentence(tmp_path_factory, kept, line):
+    """And writes only where it is told to: nothing in the repository, where a folder was once left."""
     comm = MPI.COMM_WORLD
     folder = comm.bcast(tmp_path_factory.getbasetemp() / "any", root=0)
     if comm.rank == 0:
@@ -20,6 +33,9 @@ def test_any_command_line_ends_well_or_in_one_sentence(tmp_path_factory, line):
         (folder / "file").write_text("")
         (folder / "full").mkdir()
         (folder / "full" / "other").write_text("")
+        shutil.copytree(kept, folder / "run")
+        before = {p.relative_to(folder) for p in folder.rglob("*")}
+        around = {*ROOT.iterdir(), *folder.parent.iterdir()}
     comm.Barrier()
     arguments = [word.replace("OUT", str(folder)) for word in line]
     if arguments[0] in ("inflate", "modes", "critical", "harmonics", "perturb") and "--json" not in line:
@@ -35,7 +51,9 @@ def test_any_command_line_ends_well_or_in_one_sentence(tmp_path_factory, line):
                 wrong = wrong or fault_of_results(results)
         wrong = wrong or "".join(f"{path} is left over" for path in leftovers(folder))
         if code == 2 and not wrong:
-            kept = {p.name for p in folder.rglob("*")}
-            wrong = f"bad input wrote {kept}" if kept - {"file", "full", "other"} else ""
+            more = {p.relative_to(folder) for p in folder.rglob("*")} - before
+            wrong = f"bad input wrote {more}" if more else ""
+        beside = {*ROOT.iterdir(), *folder.parent.iterdir()} - around
+        wrong = wrong or (f"{beside} are left beside the folder" if beside else "")
     wrong = comm.bcast(wrong, root=0)
     assert not wrong, f"{wrong}: {line}\n{err}"

@@ -1,10 +1,11 @@
 """Design files of any content make a sound design, or one sentence."""
 
-from broken import DESIGN_FILES, cases, fault_of_sentence
+from broken import DESIGN_FILES, SWEEP_FILES, TAKEN, cases, fault_of_sentence
 from hypothesis import given
 
 from lobefem.design import Design
 from lobefem.errors import InputError
+from lobefem.parameter_study import load
 
 
 @cases(0.6, 60)
@@ -24,3 +25,21 @@ def test_any_file_makes_a_design_or_one_sentence(tmp_path_factory, content):
     path.write_text(written, encoding="utf-8")
     assert Design.load(path) == design
     assert Design.load(path).to_toml() == written
+
+
+@cases(0.1, 30)
+@given(SWEEP_FILES)
+def test_any_file_makes_a_sweep_or_one_sentence(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "sweep.toml"
+    path.write_bytes(content)
+    known = {name: {option.lstrip("-") for option in taken} for name, taken in TAKEN.items()}
+    sentence, study = "", None
+    try:
+        study = load(path, known)
+    except InputError as error:
+        sentence = f"lobefem: {error}\n"
+    if study is None:
+        assert fault_of_sentence(sentence) == "", sentence
+        return
+    assert study.points
+    assert all(point.design or point.fault for point in study.points)

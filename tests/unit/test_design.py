@@ -291,6 +291,9 @@ def test_files_that_cannot_be_read(shared_path, comm):
         ("lift = 0,4 mm", "a comma where a decimal point belongs", 'lift = "0.4 mm"'),
         ("value = [1 kPa, 2000]", "holds what is a number with a unit", 'value = ["1 kPa", 2000]'),
         ("law = 'iso", "", ""),
+        ("E = []\nE = 0", "", ""),
+        ("hoop = true\nhoop = true", "", ""),
+        ("E = [,]", "", ""),
         ("= 3", "", ""),
         ("a = b = c", "", ""),
         ("a = 08", "", ""),
@@ -310,6 +313,16 @@ def test_values_that_toml_lacks_are_said_with_what_to_write(shared_path, comm, l
     assert "line 2: " in str(caught.value)
     assert why in str(caught.value)
     assert str(caught.value).endswith(f"; write {instead}")
+
+
+def test_what_toml_says_of_an_endless_key_is_cut_short(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(f"film.E = []\nfilm.E{'.a' * 1500} = 0\n")
+    with pytest.raises(
+        InputError, match=r"mine\.toml is no TOML \(Cannot mutate .*\.\.\..*\); see"
+    ) as caught:
+        Design.load(path)
+    assert len(str(caught.value)) < 400 + len(str(path))
 
 
 def test_a_faulty_file_is_named(shared_path, comm):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from petsc4py import PETSc
 
-from lobefem import _petsc
+from lobefem import _petsc, measures
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
 from lobefem.equilibrium import ideal_state, inflate
@@ -30,6 +30,22 @@ def residual_norm(state):
     r = q.duplicate()
     state.balloon.residual(q, r)
     return r.norm()
+
+
+def test_the_largest_displacement_leaves_out_the_tilt_that_a_pinned_support_leaves_free(comm):
+    """No force sets it: what a state has of it is round-off over a stiffness of zero."""
+    turn, angle = np.array([[0.0, 0, 1], [0, 0, 0], [-1, 0, 0]]), 1e-3  # about y
+    turn = np.eye(3) + math.sin(angle) * turn + (1 - math.cos(angle)) * turn @ turn
+    found = {}
+    for support in ("pinned", "clamped"):
+        state = inflate(stack(comm, support=support), 5.0)
+        balloon = state.balloon
+        x = balloon.V.tabulate_dof_coordinates()[: len(state.displacement)]
+        centre = balloon.motion.centres[0]
+        tilted = (x + state.displacement - centre) @ turn.T + centre - x
+        found[support] = measures.largest_of_state(balloon, tilted) / state.max_displacement
+    assert found["pinned"] == pytest.approx(1, rel=1e-9)
+    assert found["clamped"] > 10  # there it is no free motion
 
 
 @pytest.mark.parametrize("load", ["closed", "film"])

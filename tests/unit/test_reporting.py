@@ -7,7 +7,7 @@ import pytest
 
 from lobefem import cli, reporting
 from lobefem.log import logger
-from lobefem.progress import part, said, share_of
+from lobefem.progress import part, plain, said, share_of
 from lobefem.reporting import Clock
 from lobefem.signals import Stop
 
@@ -23,6 +23,9 @@ def test_a_line_knows_how_far_a_study_is():
     second(said("goes on", 0.5))
     assert [(str(line), share_of(line)) for line in lines] == [("begins", 0.5), ("goes on", 0.75)]
     assert part(None, 0, 1) is None
+    plain(lines.append)(said("no share", 1.0))
+    assert (lines[-1], share_of(lines[-1])) == ("no share", None)
+    assert plain(None) is None
 
 
 def test_the_time_left_is_in_proportion_to_what_was_done_in_this_run():
@@ -41,6 +44,24 @@ def test_the_time_left_is_in_proportion_to_what_was_done_in_this_run():
     now = 5490.0
     clock.tell(0.5)
     assert clock.left() == "about 1:52:30 left"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "share", "said"),
+    [
+        (2.9, 0.5, ""),  # a start says little of what follows
+        (30.0, 0.02, ""),
+        (3.0, 0.5, "about 0:03 left"),
+        (60.0, 0.01, "about 1:39:00 left"),
+    ],
+)
+def test_nothing_is_said_of_the_time_left_before_it_is_known(seconds, share, said):
+    now = 0.0
+    clock = Clock(lambda: now)
+    clock.tell(0.0)
+    now = seconds
+    clock.tell(share)
+    assert clock.left() == said
 
 
 def test_plain_lines_where_there_is_no_terminal(monkeypatch, capfd, comm):
