@@ -351,7 +351,7 @@ class Balloon(Glanceable):
             increment.x.array[:] = self.u.x.array - increment.x.array
         K = _dolfinx.assemble_matrix(self._full_tangent, form)
         J = self.map.jacobian(self._w, dw)
-        reduced = K.ptap(J, result=self._tangents.get(slot))
+        reduced = self.map.reduced(K, J, self._tangents.get(slot))
         if self.map.num_parameters:
             self.map.add_parameter_block(reduced, self._parameter_block(dw, d2w))
         self._tangents[slot] = reduced
@@ -407,7 +407,7 @@ class Balloon(Glanceable):
         J = self.map.jacobian(w, dw)
         if kind == "nodal":
             return J.transposeMatMult(J)
-        return self.mass_matrix().ptap(J)
+        return self.map.reduced(self.mass_matrix(), J)
 
 
 def _assemble(vector: Any, form: Any) -> Any:

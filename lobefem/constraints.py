@@ -84,6 +84,7 @@ class ConstraintMap:
         self.parameter_columns = np.arange(self.size - self.num_parameters, self.size, dtype=PETSc.IntType)
         self._jacobian: Any = None
         self._jacobian_w: Array | None = None
+        self._picked: Any = None
 
     def _push(self, pushed: PushedNodes | None, free: npt.NDArray[np.bool_]) -> None:
         """Take the outward component of pushed nodes out of `free`.
@@ -263,6 +264,23 @@ class ConstraintMap:
             self._jacobian.assemble()
         self._jacobian_w = w.copy()
         return self._jacobian
+
+    def reduced(self, K: Any, J: Any, result: Any = None) -> Any:
+        """J^T K J. Collective.
+
+        Where q is whole nodes J only picks them, and so does this: a third of the time of the product.
+
+        Args:
+            K: matrix of nodal displacements.
+            J: `jacobian`.
+            result: of an earlier call with a matrix of the same pattern, overwritten.
+        """
+        if not self.whole_nodes:
+            return K.ptap(J, result=result)
+        if self._picked is None:
+            rows: Any = PETSc.IS()
+            self._picked = rows.createGeneral((self._start + self.free).astype(PETSc.IntType), comm=self.comm)
+        return K.createSubMatrix(self._picked, self._picked, result)
 
     def add_parameter_block(self, matrix: Any, block: Array) -> None:
         """Add a dense block (size of y) to the plates' rows and columns. Collective."""

@@ -192,7 +192,9 @@ class Ramp:
     def _move(self, target: float) -> tuple[str, int, float]:
         """Damped motion to an equilibrium at a parameter: as `_go`, and the energy that this takes [J].
 
-        The work of the damping less what the prediction, from where it starts, has put in.
+        The difference of the energies; where the load has no potential the work of the damping less what
+        the prediction, from where the motion starts, has put in. That work is a sum over the motion's
+        steps, whose error is a share of the energy there: far too much from a prediction far off.
         """
         self._back()
         balloon, q = self.balloon, self.q
@@ -202,8 +204,11 @@ class Ramp:
             return _TOUCHES, 0, 0.0
         lost = before - balloon.energy(q)[0]
         last = self._drift()
+        lost += last.ledger.damping
         why, count = self._solve()
-        return why, last.iterations + count, lost + last.ledger.damping
+        if not why and balloon.load.convention == "closed":
+            lost = before - balloon.energy(q)[0]
+        return why, last.iterations + count, lost
 
     def _drift(self) -> Record:
         """Damped motion until it is at rest: its last record."""
