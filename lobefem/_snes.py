@@ -191,7 +191,7 @@ def round_off(stiffness: Any, q: Any) -> float:
     """
     noise = stiffness.duplicate()
     noise.pointwiseMult(stiffness, q)
-    floor = np.finfo(float).eps / 2 * noise.norm()
+    floor = np.finfo(float).eps * noise.norm()  # of the products and of their sums
     noise.destroy()
     return float(floor)
 

@@ -107,8 +107,7 @@ class Balloon(Glanceable):
         self.prestress = fem.Constant(self.mesh, 0.0)
         self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
         self.motion = plate_motion(surface, self.plates) if self.plates is not None else None
-        if not surface.sound:
-            require_manifold(surface, self.motion is not None)
+        require_manifold(surface, self.motion is not None)
         self.plate_forces = self._plate_forces(sorted_parts.plate_load)
         self.free: Balloon | None = None
         self.map = constraint_map(self.V, surface, self.held, self.motion)

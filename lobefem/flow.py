@@ -189,10 +189,12 @@ class Flow:
         ts.setOptionsPrefix(PREFIX)
         ts.setType(PETSc.TS.Type.BEULER)
         ts.setIFunction(self._function, self._r)
-        K = balloon.tangent(q)
-        # hoops make nearly all of the round-off, and their stiffness stays
-        self._stiffness = K.getDiagonal()
-        ts.setIJacobian(self._tangent, K)
+        # hoops make nearly all of the round-off, and their stiffness stays; that of the reference shape is
+        # the same for a run that goes on from another place
+        at_rest = balloon.map.create_vector()
+        self._stiffness = balloon.tangent(at_rest).getDiagonal()
+        at_rest.destroy()
+        ts.setIJacobian(self._tangent, balloon.tangent(q))
         ts.setPreStep(self._before)
         ts.setPostStep(self._after)
         ts.setTolerances(rtol=0.0, atol=tolerance)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _distribute, _dolfinx, _gmsh, _net, _whole, checks
+from lobefem import _distribute, _dolfinx, _gmsh, _manifold, _net, _whole, checks
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._memory import require_memory
 from lobefem.errors import InputError
@@ -112,8 +112,6 @@ class Surface(Glanceable):
         num_lobes: number of lobes in the stack.
         copies: how many turned copies of it close the surface: 1, or `cyclic_order` for one sector.
         grading: of a structured mesh, see `lobed_cylinder`.
-        sound: whether it is known for a surface that gas can press on, as lobefem's own are; all others
-            are examined by `Balloon`.
     """
 
     mesh: Mesh
@@ -127,7 +125,6 @@ class Surface(Glanceable):
     num_lobes: int
     copies: int = 1
     grading: float = 0.0
-    sound: bool = False
 
     def to_pyvista(self) -> Any:
         """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.
@@ -307,6 +304,7 @@ def _make(
     x = None if net is None else _net.place(shape, lobes, net.t, net.theta)
     mesh = _distribute.distribute_mesh(comm, cell, order, x, None if net is None else net.cells)
     mesh.name = "film"
+    _manifold.vouch(mesh)
 
     groups = {f"lobe_{k}": (2, k) for k in range(1, lobes + 1)}
     groups |= {f"seam_{k}": (1, _SEAM + k) for k in range(1, lobes)}
@@ -327,7 +325,6 @@ def _make(
         num_lobes=lobes,
         copies=sectors if sector and sectors is not None else 1,
         grading=grading,
-        sound=True,
     )
     surface.axis.flags.writeable = False
     logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), cell, num_nodes)

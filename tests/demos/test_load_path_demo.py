@@ -49,7 +49,8 @@ def test_what_the_standard_law_makes_of_the_load_path(pressurised):
 
 def test_secant_and_tangent_counts(pressurised):
     for row in pressurised["iterations"]:
-        assert row["IMP, consistent"] <= row["tension field"]
+        # the same tangent; the last iteration is for round-off, which differs
+        assert abs(row["IMP, consistent"] - row["tension field"]) <= 1
         assert row["IMP, secant"] >= row["IMP, consistent"]
     assert row["wrinkled"] == pytest.approx(1)
     assert row["IMP, secant"] > 5 * row["IMP, consistent"]

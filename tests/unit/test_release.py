@@ -17,6 +17,7 @@ from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
 from lobefem.flow import Flow, Ledger, _to_and_fro, damping_scale
 from lobefem.loads import GasPressure
+from lobefem.measures import distance_of
 from lobefem.plates import EndPlates
 from lobefem.release import DISTORTED, NO_EQUILIBRIUM, RETURNED, Moment, release
 from lobefem.stability import find_modes
@@ -199,7 +200,11 @@ def test_a_killed_run_goes_on_through_the_same_steps(comm, steps):
     resumed = release(before, undistorted=rest, history=history, count=1)
     assert resumed.outcome == whole.outcome
     assert len(resumed.history) == len(whole.history)
-    np.testing.assert_allclose(resumed.state.displacement, whole.state.displacement, rtol=0, atol=1e-6)
+    # but for the tilt, which no force sets: round-off does, and is another one where memory lies elsewhere
+    ends = resumed.state.displacement, whole.state.displacement
+    distance, tilt = distance_of(balloon, *ends)
+    assert distance < 1e-6
+    assert tilt < 1e-4
     assert resumed.ledger.damping == pytest.approx(whole.ledger.damping, rel=1e-6)
     assert resumed.history[-1].iterations == whole.history[-1].iterations
 
