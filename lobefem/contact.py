@@ -25,10 +25,11 @@ import numpy.typing as npt
 from lobefem import checks
 from lobefem._distribute import on_root
 from lobefem._facets import Gathering, film_facets
+from lobefem._sums import PatternedSum
 from lobefem.errors import InputError, MissingDependencyError
+from lobefem.profiling import timed
 
 # isort: split
-from mpi4py import MPI
 from petsc4py import PETSc
 
 __all__ = ["Contact", "ContactReport", "SelfContact"]
@@ -36,7 +37,9 @@ __all__ = ["Contact", "ContactReport", "SelfContact"]
 Array = npt.NDArray[np.float64]
 
 # s of `Contact._around` over the activation distance
-_REACH = 1.0
+_REACH = 0.5
+# share of a gap that both of its sides together may close without a search for what touches
+_AWAY = 0.8
 SHARE = 0.25  # of the smallest distance at rest between facets that share no node
 _ILLEGAL = "1.6.1"
 _GET = f"pip install 'ipctk>=1.6,!={_ILLEGAL}'"
@@ -125,12 +128,13 @@ class Contact:
         facets = film_facets(V, rims)
         self._mesh: Any = self._on_root(lambda: self._collision_mesh(facets))
         self._found: dict[str, Any] = {}
-        self._matrices: dict[tuple[int, int], tuple[Any, Any]] = {}
+        self._sums: dict[tuple[int, int], PatternedSum] = {}
         self._last: Array | None = None
         self._candidates: tuple[Array, Any] | None = None
         self.new_pattern = False
+        self.activation = 0.0
         self.rest_gap = self.gap(np.zeros(self._nodes.owned))
-        self.activation = part.activation if part.activation is not None else SHARE * self.rest_gap
+        self.activation = SHARE * self.rest_gap if part.activation is None else part.activation
         if self.activation >= self.rest_gap:
             raise InputError(
                 f"the contact's activation distance {self.activation:g} m reaches over the smallest gap of "
@@ -221,8 +225,16 @@ class Contact:
     def _barrier(self) -> Any:
         return self._ipctk.BarrierPotential(self.activation, 1.0, True)
 
+    @property
+    def _least(self) -> float:
+        """Smallest distance between facets that share no node, at most the activation distance. On rank 0."""
+        if self._pairs.empty():
+            return self.activation
+        return math.sqrt(self._pairs.compute_minimum_distance(self._mesh, self._x))
+
     # --- energy and its derivatives -------------------------------------------------------------
 
+    @timed("contact")
     def energy(self, u: Any) -> float:
         """Energy of the barrier [J], infinite where the film intersects itself. Collective."""
         self._move(u)
@@ -234,6 +246,7 @@ class Contact:
 
         return self.stiffness * self._look_up("energy", lambda: self.comm.bcast(self._on_root(build), root=0))
 
+    @timed("contact")
     def gradient(self, u: Any) -> Array:
         """Gradient of the energy in the displacements that this rank owns (3 nodes,) [N]. Collective."""
         self._move(u)
@@ -244,6 +257,7 @@ class Contact:
         unit = self._look_up("gradient", lambda: self._nodes.scatter(self._on_root(build)))
         return self.stiffness * unit
 
+    @timed("contact")
     def hessian(self, u: Any) -> Any:
         """Hessian of the energy for k = 1 as a PETSc matrix, None where nothing is near. Collective.
 
@@ -277,6 +291,7 @@ class Contact:
         H.mult(du, Hu)
         return self.stiffness * dv.dot(Hu)
 
+    @timed("contact")
     def add_hessian(self, tangent: Any, J: Any, u: Any, slot: int) -> Any:
         """The sum of a reduced tangent and k J^T H J. Collective.
 
@@ -289,29 +304,16 @@ class Contact:
             slot: see `Balloon.tangent`.
         """
         H = self.hessian(u)
-        total = tangent
-        if H is not None:
-            total = tangent.copy()
-            reduced = H.ptap(J)
-            total.axpy(self.stiffness, reduced, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-            reduced.destroy()
-        rows, columns, values = total.getValuesCSR()
         # balloons under a distortion share the contact, each with unknowns of its own
-        key = (slot, tangent.getSize()[0])
-        kept, pattern = self._matrices.get(key, (None, None))
-        same = pattern is not None and all(map(np.array_equal, pattern, (rows, columns)))
-        self.new_pattern = not self.comm.allreduce(same, op=MPI.LAND)
-        if kept is None:
-            kept = PETSc.Mat().createAIJ(tangent.getSizes(), csr=(rows, columns, values), comm=self.comm)
-        elif self.new_pattern:
-            kept.setPreallocationCSR((rows, columns, values))
+        total = self._sums.setdefault((slot, tangent.getSize()[0]), PatternedSum())
+        if H is None:
+            matrix = total.set(tangent)
         else:
-            kept.setValuesCSR(rows, columns, values)
-            kept.assemble()
-        if H is not None:
-            total.destroy()
-        self._matrices[key] = kept, (rows, columns)
-        return kept
+            reduced = H.ptap(J)
+            matrix = total.set(tangent, reduced, self.stiffness)
+            reduced.destroy()
+        self.new_pattern = total.new_pattern
+        return matrix
 
     # --- steps ----------------------------------------------------------------------------------
 
@@ -323,6 +325,7 @@ class Contact:
         self._move(u)
         return self.comm.bcast(self._on_root(self._crossed), root=0)
 
+    @timed("contact")
     def free_share(self, start: Any, end: Any) -> float:
         """Share of a straight step that the film can go without touching itself. Collective.
 
@@ -340,6 +343,9 @@ class Contact:
 
         def build() -> float:
             end_x = self._mesh.displace_vertices(there)
+            way = float(np.square(end_x - self._x).sum(axis=1).max())
+            if 4 * way < _AWAY**2 * self._least**2:
+                return 1.0
             # additive CCD: the default, tight inclusion, takes seconds where film almost touches
             ccd = self._ipctk.AdditiveCCD()
             # of the end first: its pairs are asked for next
@@ -359,6 +365,8 @@ class Contact:
         self._move(u)
 
         def build() -> float:
+            if self.activation and not self._pairs.empty():
+                return self._least
             edges = self._x[self._mesh.edges]
             radius = 0.1 * float(np.linalg.norm(edges[:, 0] - edges[:, 1], axis=1).min())
             reach = float(np.linalg.norm(np.ptp(self._x, axis=0)))
@@ -370,6 +378,7 @@ class Contact:
 
         return self._look_up("gap", lambda: self.comm.bcast(self._on_root(build), root=0))
 
+    @timed("contact")
     def measure(self, u: Any) -> ContactReport:
         """Gap, force, area and energy of the contact. Collective."""
         gap, energy = self.gap(u), self.energy(u)

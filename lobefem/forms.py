@@ -45,6 +45,7 @@ class WeakForms:
         self.mesh, self.u, self.V, self.frame = balloon.mesh, balloon.u, balloon.V, balloon.frame
         mesh, u, number = self.mesh, self.u, self.number
         surface, film = balloon.surface, balloon.film
+        self._film = film
         X = ufl.SpatialCoordinate(mesh)
         simplex = mesh.topology.cell_name() == "triangle"
         linear = balloon.order == 1 and simplex
@@ -165,6 +166,19 @@ class WeakForms:
     def volume(self) -> Any:
         """Change of the film's part of the enclosed volume [m^3]."""
         return _dolfinx.form(self._volume)
+
+    @cached_property
+    def regions(self) -> tuple[Any, ...]:
+        """Reference areas of taut, wrinkled and slack film [m^2]."""
+        return tuple(
+            _dolfinx.form(region * self.dx) for region in self._film.regions(self.strain, self.number)
+        )
+
+    @cached_property
+    def pulls(self) -> tuple[tuple[Any, Any], ...]:
+        """For each edge group with a cord its tension, integrated [N m], and its reference length [m]."""
+        one = self.number(1.0)
+        return tuple((_dolfinx.form(N * ds), _dolfinx.form(one * ds)) for _, N, ds in self.cords)
 
     @cached_property
     def directions(self) -> tuple[Any, Any]:

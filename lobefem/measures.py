@@ -37,17 +37,16 @@ Array = npt.NDArray[np.float64]
 
 def cord_tensions(balloon: Balloon) -> tuple[float, ...]:
     """Mean tension of each cord group over its reference length [N]. Collective."""
-    one = fem.Constant(balloon.mesh, 1.0)
-    return tuple(
-        balloon.integrate(tension * measure) / balloon.integrate(one * measure)
-        for _, tension, measure in balloon.forms.cords
-    )
+    return tuple(_sum(balloon, pull) / _sum(balloon, length) for pull, length in balloon.forms.pulls)
 
 
 def region_areas(balloon: Balloon) -> tuple[float, float, float]:
     """Reference areas of taut, wrinkled and slack film [m^2]. Collective."""
-    taut, wrinkled, slack = balloon.film.regions(balloon.forms.strain, balloon.forms.number)
-    return tuple(balloon.integrate(region * balloon.forms.dx) for region in (taut, wrinkled, slack))  # type: ignore[return-value]
+    return tuple(_sum(balloon, region) for region in balloon.forms.regions)  # type: ignore[return-value]
+
+
+def _sum(balloon: Balloon, form: Any) -> float:
+    return float(balloon.comm.allreduce(fem.assemble_scalar(form), op=MPI.SUM))
 
 
 def region_shares(balloon: Balloon) -> Any:
