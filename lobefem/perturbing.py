@@ -8,6 +8,7 @@ from dataclasses import asdict
 from functools import partial
 from typing import Any
 
+from lobefem import cautions
 from lobefem.design import Design
 from lobefem.distortions import Distortion
 from lobefem.errors import InputError, SolveError
@@ -97,6 +98,7 @@ def perturb(
         results |= failure(error) | {"history": _points(error.data.get("points", ()), degrees)}
         return outcome
     results |= _perturbed(found, degrees)
+    results["warnings"] += cautions.of_ledger(results["energy"]["error"])
     rest = None if found.released is None else found.released.state
     if folder is not None and rest is not None:
         last = len(found.history) - 1

@@ -6,6 +6,7 @@ import math
 from functools import partial
 from typing import Any
 
+from lobefem import cautions
 from lobefem.chart import HarmonicChart, Row, harmonic_chart
 from lobefem.critical import CriticalPressure, critical_pressure
 from lobefem.design import Design
@@ -88,6 +89,7 @@ def critical(
         results |= {"critical_pressure": None} | failure(error)
         return outcome
     results |= _critical(found, harmonic) | {"only_harmonic": harmonic}
+    results["warnings"] += cautions.of_pressures(design, [results["critical_pressure"]])
     if found.mode is not None:
         outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (found.mode,)))
     return outcome
@@ -154,6 +156,7 @@ def _along_path(
         "visited": [list(pair) for pair in found.visited],
         "limit": limit,
     }
+    results["warnings"] += cautions.of_pressures(design, [results["critical_pressure"]])
     if mode is None:
         results["reason"] = f"stable up to {limit:g} Pa"
     modes = () if mode is None else (mode,)
