@@ -1,9 +1,10 @@
 # make setup | demo | test | ... on this machine; with STACK=debian the same in a Debian 13 root.
-# PYTHON=/path/to/python chooses the interpreter, TESTS=tests/unit a part of the suite.
+# PYTHON=/path/to/python chooses the interpreter, TESTS=tests/unit a part of the suite, WITHOUT=tests/demos the rest.
 
 VENV ?= .venv
 STACK ?=
 TESTS ?= tests
+WITHOUT ?=
 CASES ?= 10000
 OUT ?= out/demo
 ALL ?= out/demos
@@ -43,7 +44,7 @@ ifeq ($(STACK),debian)
 
 setup demo demos docs links test test-serial test-ranks harden bench bench-scaling lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
-		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
+		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" WITHOUT="$(WITHOUT)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
 
 else ifeq ($(STACK),)
 
@@ -87,15 +88,16 @@ test: setup
 	$(MAKE) --no-print-directory test-serial
 	$(MAKE) --no-print-directory test-ranks
 
+without = $(addprefix --ignore=,$(WITHOUT))
 test-serial: setup
-	$(run) $(python) -m pytest -q $(TESTS)
+	$(run) $(python) -m pytest -q $(without) $(TESTS)
 
 # In parts: MPICH has 2048 communicators, and not all of those of a mesh come back before its process ends.
 parts = $(if $(filter tests,$(TESTS)),"tests --ignore=tests/unit" "tests/unit/test_[a-h]*.py" "tests/unit/test_[i-z]*.py","$(TESTS)")
 test-ranks: setup
 	@set -e; for part in $(parts); do \
 		echo "pytest on two ranks: $$part"; \
-		$(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider --color=no $$part </dev/null; \
+		$(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider --color=no $(without) $$part </dev/null; \
 	done
 
 harden: setup

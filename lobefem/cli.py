@@ -11,17 +11,16 @@ import gc
 import os
 import sys
 import traceback
-from collections.abc import Callable
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lobefem import __version__, options, profiling, texts
-from lobefem.console import Ranks, show, show_profile, show_rows, stdout_to_stderr
+from lobefem import __version__, options, texts
+from lobefem.console import Ranks, show_rows
 from lobefem.errors import InputError, LobefemError
 from lobefem.reporting import reporting
+from lobefem.running import Interrupted, loudness, one_line, printable, run_task
 
 if TYPE_CHECKING:
     from lobefem.design import Design
@@ -36,6 +35,18 @@ app = typer.Typer(
     help="Is a lobed thin-film balloon stable? Its equilibrium, buckling modes, critical pressure.",
     epilog="Start with: [bold]lobefem modes meshes/single.toml --pressure 1000[/bold]",
 )
+
+
+def _tasks() -> Any:
+    import lobefem.tasks
+
+    return lobefem.tasks
+
+
+def _studies() -> Any:
+    import lobefem.studies
+
+    return lobefem.studies
 
 
 def _examples(*lines: str) -> str:
@@ -77,7 +88,7 @@ def inflate(
     petsc: options.Petsc = None,
 ) -> None:
     """The equilibrium under gas pressure: volume, stress, forces, wrinkles."""
-    _run(context, lambda plan, **run: _tasks().inflate(plan, **run))
+    run_task(context, lambda plan, **run: _tasks().inflate(plan, **run))
 
 
 @app.command(
@@ -105,7 +116,7 @@ def modes(
     texts.one_of("--state", state, ("ideal", "inflated"))
     texts.one_of("--mass", mass, ("unit", "nodal"))
     chosen = texts.integers("--harmonics", harmonics)
-    _run(
+    run_task(
         context,
         lambda plan, **run: _tasks().modes(
             plan, state=state, count=number, mass=mass, harmonics=chosen, **run
@@ -144,11 +155,11 @@ def critical(
                 "--mesh-study looks at all harmonics of the ideal state on meshes of its own; leave out "
                 "--harmonic, --state, --limit and --divisions"
             )
-        _run(context, lambda plan, **run: _studies().mesh_study(plan, divisions=pairs, **run))
+        run_task(context, lambda plan, **run: _studies().mesh_study(plan, divisions=pairs, **run))
         return
     if pairs is not None:
         raise InputError("--meshes are those of a mesh study; add --mesh-study")
-    _run(
+    run_task(
         context,
         lambda plan, **run: _studies().critical(plan, state=state, harmonic=number, limit=highest, **run),
     )
@@ -169,7 +180,7 @@ def harmonics(
 ) -> None:
     """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
     chosen = texts.integers("--harmonics", harmonics)
-    _run(context, lambda plan, **run: _studies().harmonics(plan, harmonics=chosen, **run))
+    run_task(context, lambda plan, **run: _studies().harmonics(plan, harmonics=chosen, **run))
 
 
 @app.command(
@@ -202,12 +213,12 @@ def perturb(
     count, factor = texts.integer("--steps", steps, 1), texts.positive("--damping", damping)
 
     def study(plan: Design, **run: Any) -> Outcome:
-        imposed = texts.distortion(*chosen[0])
-        return _studies().perturb(
-            plan, imposed, let_go=release, contact=contact, steps=count, damping=factor, **run
-        )
+        from lobefem.perturbing import perturb
 
-    _run(context, study)
+        imposed = texts.distortion(*chosen[0])
+        return perturb(plan, imposed, let_go=release, contact=contact, steps=count, damping=factor, **run)
+
+    run_task(context, study)
 
 
 @app.command(
@@ -273,17 +284,17 @@ def sweep(
         runs.begin(study, out, resume=resume, overwrite=overwrite)
         return study
 
-    volume = _volume(context)
+    said = loudness(context)
     study = prepare() if ranks.comm is None else on_root(ranks.comm, file, prepare)
     ranks.stop.note = lambda: f"; finished points are in {out}, go on with --resume"
     with (
         runs.workers(number, ranks.comm) as executor,
-        reporting(ranks.is_root, ranks.stop, **volume) as progress,
+        reporting(ranks.is_root, ranks.stop, **said) as progress,
     ):
         if executor is None:
             return 0
         rows = runs.run(study, out, executor, progress=progress)
-    code = _swept(study, rows, out, json, volume["quiet"])
+    code = _swept(study, rows, out, json, said["quiet"])
     if report:
         from lobefem.report import write_report
 
@@ -326,7 +337,7 @@ def report(
     if context.obj.is_root:
         from lobefem.report import write_report
 
-        print(f"The report is {_printable(write_report(folder))}")
+        print(f"The report is {printable(write_report(folder))}")
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
@@ -336,170 +347,11 @@ def doctor(context: typer.Context, quiet: options.Quiet = False, verbose: option
     from lobefem.doctor import examine
 
     ranks = context.obj
-    with reporting(ranks.is_root, ranks.stop, **_volume(context)) as progress:
+    with reporting(ranks.is_root, ranks.stop, **loudness(context)) as progress:
         findings = examine(progress)
     if ranks.is_root:
-        show_findings([f for f in findings if not (f.fine and _volume(context)["quiet"])])
+        show_findings([f for f in findings if not (f.fine and loudness(context)["quiet"])])
     return 0 if all(finding.fine for finding in findings) else 1
-
-
-# --- running ------------------------------------------------------------------------------------
-
-
-class _Interrupted(Exception):  # noqa: N818  no error
-    """KeyboardInterrupt, which versions of typer each turn into something else."""
-
-
-def _tasks() -> Any:
-    import lobefem.tasks
-
-    return lobefem.tasks
-
-
-def _studies() -> Any:
-    import lobefem.studies
-
-    return lobefem.studies
-
-
-def _overridden(given: dict[str, Any], comm: Any) -> Design:
-    """The design file with the options put over it."""
-    from lobefem.design import Design
-
-    design = Design.load(given["design"], comm)
-    changes = {options.KEYS[name]: value for name, value in given.items() if name in options.KEYS}
-    changes["pressure.value"] = changes.get("pressure.value") or None  # [] where it is not given
-    return design.with_overrides(changes, options.NAMES)
-
-
-def _volume(context: typer.Context) -> dict[str, bool]:
-    """Whether to be quiet or verbose, said before the command or after it."""
-    before = context.parent.params if context.parent is not None else {}
-    volume = {name: bool(before.get(name) or context.params.get(name)) for name in ("quiet", "verbose")}
-    if all(volume.values()):
-        raise InputError("--quiet and --verbose contradict each other; give one of them")
-    return volume
-
-
-def _study(context: typer.Context) -> dict[str, Any]:
-    """What is looked for, beside the design: the command and its own options."""
-    no_part = {"design", "petsc", *options.KEYS, *options.OUTPUT}
-    own = {name: value for name, value in context.params.items() if name not in no_part and value is not None}
-    return {"command": context.info_name} | own
-
-
-def _reached(folder: Any) -> str:
-    """Where a run that was stopped is kept, after "interrupted"."""
-    if folder is None:
-        return "; with --out DIR a run keeps its steps, and --resume goes on from them"
-    if not folder.has_steps:
-        return f"; there was no step yet to keep in {folder.path}"
-    return f"; the last accepted step is in {folder.path}, the same command with --resume goes on from it"
-
-
-def _folder(given: dict[str, Any], comm: Any) -> Any:
-    """The run folder that --out asks for, None without."""
-    from lobefem.storage import RunFolder
-
-    resume = given.get("resume", False)
-    if resume and given["out"] is None:
-        raise InputError("--resume goes on with the run in --out; give that folder")
-    if resume and given["overwrite"]:
-        raise InputError("--resume goes on with a run and --overwrite replaces it; give one of them")
-    if given["report"] and given["out"] is None:
-        raise InputError("--report is written into the folder of --out; give one")
-    if given["out"] is None:
-        return None
-    return RunFolder(given["out"], comm, overwrite=given["overwrite"], resume=resume)
-
-
-def _run(context: typer.Context, task: Callable[..., Outcome]) -> None:
-    """One command from the design file to its results; raises what ends it early.
-
-    Args:
-        context: of the command line.
-        task: (design, progress=, folder=) -> what it found.
-    """
-    given, ranks = context.params, context.obj
-    to_stdout = given["json"] == "-"
-    volume = _volume(context)
-    profile = profiling.start() if given["profile"] else None
-    with stdout_to_stderr(to_stdout), reporting(ranks.is_root, ranks.stop, **volume) as progress:
-        with profiling.stage("import"):
-            from lobefem import _files, _petsc, storage, tasks  # noqa: F401
-            from lobefem.provenance import provenance
-
-            # isort: split
-            from mpi4py import MPI
-        if not gc.isenabled():  # see main
-            gc.freeze()
-            gc.enable()
-            ranks.stop.install()
-
-        comm = MPI.COMM_WORLD
-        design = _overridden(given, comm)
-        folder = _folder(given, comm)
-        if given["json"] and not to_stdout:
-            _files.check_file(given["json"], comm)
-        versions = provenance(comm)
-        ranks.stop.note = lambda: _reached(folder)
-        with folder or nullcontext(), _petsc.user_options(given.get("petsc") or "") as unused:
-            if folder is not None:
-                folder.begin(design.to_toml(), _study(context), versions)
-            try:
-                outcome = task(design, progress=progress, folder=folder)
-            except KeyboardInterrupt:
-                raise _Interrupted(_reached(folder)) from None
-            _warn(outcome.results["warnings"], unused(), versions, folder)
-            outcome.results["versions"] = versions
-            if profile is not None:
-                outcome.results["profile"] = profile.as_dict()
-            unsaved = None
-            if folder is not None:
-                try:
-                    with profiling.stage("output"):
-                        folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
-                        if given["report"]:
-                            from lobefem.report import write_report
-
-                            _files.on_root(comm, folder.path, lambda: write_report(folder.path))
-                except InputError as error:  # a full disk, say; what was found is shown nevertheless
-                    unsaved = error
-        if given["json"] and not to_stdout:
-            _files.save_json(given["json"], outcome.results, comm)
-    if ranks.is_root:
-        for warning in outcome.results["warnings"]:
-            print(f"lobefem: warning: {warning}", file=sys.stderr)
-        if to_stdout:
-            sys.stdout.write(_files.to_json(outcome.results))
-        elif outcome.error is None and not volume["quiet"]:
-            show(outcome.results)
-            if folder is not None and unsaved is None:
-                print(f"Results and fields for ParaView are in {_printable(folder.path)}")
-                if given["report"]:
-                    print(f"The report is {_printable(folder.path / 'report.html')}")
-        sys.stdout.flush()
-        if profile is not None:
-            show_profile(profile.as_dict())
-    if unsaved is not None:
-        raise unsaved
-    if outcome.error is not None:
-        kept = f"; the last converged state is in {folder.path}" if folder and outcome.snapshots else ""
-        raise type(outcome.error)(f"{outcome.error}{kept}")
-
-
-def _warn(warnings: list[str], unused: list[str], versions: dict[str, Any], folder: Any) -> None:
-    """Add what a user must know of the run itself."""
-    if unused:
-        names = ", ".join(f"-{name}" for name in unused)
-        warnings.append(f"no solver of this run has read the PETSc options {names}; check their spelling")
-    first = versions if folder is None else folder.versions
-    changed = [
-        name for name in ("lobefem", "revision", "dolfinx", "petsc") if first.get(name) != versions[name]
-    ]
-    if changed:
-        said = ", ".join(f"{name} {first.get(name)} then and {versions[name]} now" for name in changed)
-        warnings.append(f"the steps before --resume were made with other versions: {said}")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -525,8 +377,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         code = app(given or ["--help"], prog_name="lobefem", standalone_mode=False, obj=ranks)
     except LobefemError as error:
-        return ranks.end(error.exit_code, f"lobefem: {_one_line(error)}")
-    except (_Interrupted, KeyboardInterrupt) as error:
+        return ranks.end(error.exit_code, f"lobefem: {one_line(error)}")
+    except (Interrupted, KeyboardInterrupt) as error:
         return ranks.end(130, f"lobefem: interrupted{error}", patience=1.0)
     except BrokenPipeError:  # the reader of stdout, `head` say, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -535,32 +387,22 @@ def main(arguments: list[str] | None = None) -> int:
         return ranks.end(2, f"lobefem: {_usage(error)}")
     except OSError as error:
         where = f" ({error.filename})" if error.filename else ""
-        return ranks.end(2, f"lobefem: the system refuses: {_one_line(f'{error.strerror or error}{where}')}")
+        return ranks.end(2, f"lobefem: the system refuses: {one_line(f'{error.strerror or error}{where}')}")
     except MemoryError:
         return ranks.end(3, "lobefem: out of memory; try a coarser mesh, or more ranks on more machines")
     except Exception as error:
         if os.environ.get("LOBEFEM_DEBUG"):
             traceback.print_exc()
-        what = _one_line(f"{type(error).__name__}: {error}")
+        what = one_line(f"{type(error).__name__}: {error}")
         return ranks.end(1, f"lobefem: internal error: {what} (set LOBEFEM_DEBUG=1 for the traceback)")
     return ranks.end(code if isinstance(code, int) else 0)
 
 
 def _usage(error: Any) -> str:
     """Click's words for a wrong command line as one sentence."""
-    text = _one_line(error.format_message()).rstrip(".")
+    text = one_line(error.format_message()).rstrip(".")
     command = error.ctx.command_path if error.ctx is not None else "lobefem"
     return f"{text}; see {command} --help"
-
-
-def _one_line(words: object) -> str:
-    """Words on one line, safe to print."""
-    return _printable(" ".join(str(words).split()))
-
-
-def _printable(words: object) -> str:
-    """Words with what no terminal should get, in names of files for example, escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(words))
 
 
 if __name__ == "__main__":

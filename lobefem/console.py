@@ -135,7 +135,8 @@ def _caption(results: dict[str, Any]) -> str:
         title = f"Critical pressure of the {results['state']} state"
     lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
     mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
-    design = f"{results['film']} film, {results['load']} load, {results['support']}"
+    size = f"radius {results['radius']:g} m, {1e3 * results['thickness']:g} mm of {results['film']} film"
+    design = f"{size}, {results['load']} load, {results['support']}"
     return f"{title}\n{lobes}, {design}, {mesh}"
 
 

@@ -22,6 +22,8 @@ COMMON: dict[str, Entry] = {
     "load": ("", "film or closed"),
     "support": ("", "clamped, pinned or fixed"),
     "lobes": ("", "number of lobes"),
+    "radius": ("m", "of the design's shape: its R0, edge_radius or radius, as given"),
+    "thickness": ("m", "of the film"),
     "divisions": ("", "cells along a lobe and around; null on a mesh without"),
     "converged": ("", "false where the solve failed; of inflate always there"),
     "reason": ("", "why a solve or a search ended, in words"),

@@ -165,7 +165,7 @@ class RunFolder:
                 said = f" ({', '.join(differ[:3])})" if differ else ""
                 raise InputError(
                     f"the run in '{self.path}' is of another design{said}; resume it with its own "
-                    "design.toml and options, or leave out --resume"
+                    "design.toml and options, or begin afresh with --overwrite or in another folder"
                 )
             run = self._read()
             self._sweep()
@@ -208,7 +208,7 @@ class RunFolder:
             said = ", ".join(f"{name.replace('_', '-')} {shown(study.get(name))}" for name in differ[:9])
             raise InputError(
                 f"the run in '{self.path}' is of another study, with {said}; repeat its command and options, "
-                "or leave out --resume"
+                "or begin afresh with --overwrite or in another folder"
             )
         return run
 

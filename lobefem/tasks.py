@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import lobefem
+from lobefem import cautions
 from lobefem.design import Design
 from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
@@ -47,7 +48,6 @@ KINK = (
     "the ideal state of tension-field film lies on the border of taut and wrinkled, where its tangent "
     "jumps: what is shown is the wrinkled side, a lower bound, beside the mean of both sides, an upper one"
 )
-_NO_SLACK = "isotropic film has no slack part, so slack_stiffness has no effect"
 _EQUILIBRIUM = (
     "converged", "reason", "iterations", "residual", "relative_residual", "pressure", "prestress",
     "volume", "strain_energy", "max_displacement", "bar_force", "hoop_tension", "taut_area",
@@ -96,6 +96,7 @@ def inflate(
             f"inflate takes one pressure, not {_list(pressures)}; give one, e.g. --pressure {pressures[-1]:g}"
         )
     outcome = Outcome(summary("inflate", design) | dict.fromkeys(_EQUILIBRIUM))
+    outcome.results["warnings"] += cautions.of_pressures(design, pressures)
     balloon = design.balloon(design.surface(comm))
     state: Equilibrium | None
     options: dict[str, Any] = {"progress": progress}
@@ -158,6 +159,7 @@ def modes(
         results["warnings"].append(_VERDICT)
     if state == "ideal" and design.film.law in FIELDS and not design.film.hoop_slack:
         results["warnings"].append(KINK)
+    results["warnings"] += cautions.of_pressures(design, design.pressure.value)
     outcome = Outcome(results)
     balloon = design.balloon(design.surface(comm), prestressed=True if state == "ideal" else None)
     two_sided = state == "ideal" and has_kink(balloon)
@@ -213,6 +215,8 @@ def modes(
         if folder is not None:
             folder.keep_modes(number, held, found.modes, entry)
         outcome.snapshots.append(Snapshot(balloon, pressure, held, found.modes))
+    if state == "ideal":
+        results["warnings"] += cautions.of_balance(max(e["state_residual"] for e in results["pressures"]))
     branches = _branches(outcome.snapshots, mass)
     if branches:
         results["branches"] = branches
@@ -255,9 +259,6 @@ def check_state(state: str, design: Design) -> None:
 
 def summary(command: str, design: Design) -> dict[str, Any]:
     """What every result says about its origin."""
-    warnings = []
-    if design.film.law == "isotropic" and design.film.slack_stiffness:
-        warnings.append(_NO_SLACK)
     return {
         "schema": SCHEMA,
         "command": command,
@@ -266,8 +267,10 @@ def summary(command: str, design: Design) -> dict[str, Any]:
         "load": design.pressure.load,
         "support": design.plates.support,
         "lobes": design.shape.lobes,
+        "radius": design.shape.R0 or design.shape.edge_radius or design.shape.radius,
+        "thickness": design.film.thickness,
         "divisions": design.mesh.divisions,
-        "warnings": warnings,
+        "warnings": cautions.of_design(design),
     }
 
 

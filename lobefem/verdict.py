@@ -88,7 +88,17 @@ def _critical(results: Results) -> list[str]:
         first = (
             f"Stable{held} below {_pascals(bounds[0])}, {end}; between the two this film's law does not tell."
         )
-    return [first, _whose(results)]
+    return [first, _whose(results), *_gas(results)]
+
+
+def _gas(results: Results) -> list[str]:
+    """Where the gas presses, which changes a critical pressure several times over."""
+    if results.get("load") != "film" or results.get("support") == "fixed":
+        return []
+    return [
+        "Here the gas presses on the film alone (load film, the paper's). In a closed balloon it presses on "
+        "the end plates too, which can be far less stable: --load closed."
+    ]
 
 
 def _looked_at(results: Results) -> str:
@@ -149,7 +159,25 @@ def _modes(results: Results) -> list[str]:
             lowest = modes[0] if isinstance(modes, list) and modes and isinstance(modes[0], Mapping) else {}
             mode = _mode(lowest.get("kind"), lowest.get("harmonic"))
             said.append(f"Unstable{where} at {_pascals(entry['pressure'])} in {mode}.")
-    return said
+    said += _flutter(known)
+    return said + (_gas(results) if said else [])
+
+
+def _flutter(entries: list[Mapping[str, Any]]) -> list[str]:
+    """Stable eigenvalues that are more imaginary than real, of a load without a potential."""
+    for entry in entries:
+        modes = entry.get("modes")
+        found = [m for m in modes if isinstance(m, Mapping)] if isinstance(modes, list) else []
+        pairs: list[tuple[Any, Any]] = [(m.get("real"), m.get("imag")) for m in found]
+        values = [(re, im) for re, im in pairs if _is_pressure(re) and _is_pressure(im)]
+        # the zeros of motions that the supports leave are no pairs
+        scale = max((abs(re) for re, _ in values), default=0.0)
+        if any(0 <= re < abs(im) and abs(im) > 1e-3 * scale for re, im in values):
+            return [
+                f"At {_pascals(entry['pressure'])} the eigenvalue of a stable mode is more imaginary than "
+                "real: without damping by the air such a pair grows, swinging (flutter)."
+            ]
+    return []
 
 
 def _perturb(results: Results) -> list[str]:

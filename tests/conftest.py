@@ -32,6 +32,14 @@ def _collect_together():
     MPI.COMM_WORLD.Barrier()
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _freeze_what_stays():
+    """What a module has left, imported modules and caches above all, no later collection looks at."""
+    yield
+    gc.collect()
+    gc.freeze()
+
+
 @pytest.fixture
 def shared_path(tmp_path):
     """A temporary folder that all ranks agree on: rank 0's."""

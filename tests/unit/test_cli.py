@@ -64,7 +64,7 @@ def test_a_table_where_no_json_is_asked_for(shared_path, capfd, comm):
     mode = json.loads(path.read_text())["pressures"][0]["modes"][0]
     if comm.rank == 0:
         assert f"{mode['real']:.6g}" in out
-        assert "1 lobe, fixed-wrinkles film, film load, clamped, 6x10" in out
+        assert "1 lobe, radius 2 m, 0.05 mm of fixed-wrinkles film, film load, clamped, 6x10" in out
         assert out.split()[-1] == "stable"
     else:
         assert out == ""

@@ -70,6 +70,24 @@ def test_pressures_of_modes():
     assert verdict(results)[0].startswith("Stable on this mesh (24 × 32 divisions) at 500")
 
 
+def test_where_the_gas_presses_is_said_where_it_matters():
+    critical = {"command": "critical", **FOUND, "support": "clamped"}
+    assert "--load closed" in verdict(critical | {"load": "film"})[-1]
+    for other in ({"load": "closed"}, {"load": "film", "support": "fixed"}):
+        assert "--load closed" not in " ".join(verdict(critical | other))
+
+
+@pytest.mark.parametrize(
+    ("real", "imag", "swings"),
+    [(0.23, 47.0, True), (2.0, 0.004, False), (1e-7, 2e-7, False), (-1.0, 9.0, False)],
+)
+def test_complex_pairs_that_swing_are_named(real, imag, swings):
+    modes = [{"real": real, "imag": imag}, {"real": 90.0, "imag": 0.0}]
+    entry = {"pressure": 9000.0, "stable": real > 0, "modes": modes}
+    said = " ".join(verdict({"command": "modes", "pressures": [entry], **MESH}))
+    assert ("flutter" in said) is swings
+
+
 @pytest.mark.parametrize(
     "results",
     [

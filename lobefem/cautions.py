@@ -1,0 +1,72 @@
+"""What a reader of a result must be warned of: designs, pressures and balances that make little sense."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lobefem.design import Design
+
+__all__ = ["of_balance", "of_design", "of_ledger", "of_pressures"]
+
+# sizes beyond which a unit was probably forgotten [m]
+_LARGE, _THICK = 200.0, 1e-3
+# strain beyond which St Venant-Kirchhoff film is no model of a plastic one
+_STRAIN = 0.05
+# residual of a held ideal state over the load, and energy not accounted for over the largest part
+_UNBALANCED, _OPEN = 0.5, 0.02
+
+
+def _radius(design: Design) -> float:
+    shape = design.shape
+    return shape.R0 or shape.edge_radius or shape.radius or 0.0
+
+
+def of_design(design: Design) -> list[str]:
+    """Sentences on the design itself."""
+    film, shape, said = design.film, design.shape, []
+    if film.law == "isotropic" and film.slack_stiffness:
+        said.append("isotropic film has no slack part, so slack_stiffness has no effect")
+    if shape.lobes > 1 and not design.hoops.enabled:
+        said.append(
+            f"nothing holds the seams of the {shape.lobes} lobes, for the design has no [hoops]: write that "
+            "table, empty for the paper's hoops, unless the balloon has none"
+        )
+    if _radius(design) > _LARGE:
+        said.append(f"a radius of {_radius(design):g} m: lengths are in metres, or write '1500 mm'")
+    if film.thickness > _THICK:
+        said.append(f"film of {1e3 * film.thickness:g} mm: lengths are in metres, or write '0.05 mm'")
+    return said
+
+
+def of_pressures(design: Design, pressures: Iterable[float | None]) -> list[str]:
+    """A sentence on film stressed beyond its law, by the isotensoid's p R0/2 along the meridian."""
+    film, highest = design.film, max((p for p in pressures if p), default=0.0)
+    stress = highest * _radius(design) / 2 / film.thickness
+    if stress <= _STRAIN * film.E:
+        return []
+    return [
+        f"at {highest:.4g} Pa the film bears about {stress / 1e6:.0f} MPa and strains by about "
+        f"{100 * stress / film.E:.0f} %: more than a linear law holds for, and than most films bear"
+    ]
+
+
+def of_balance(residual: float) -> list[str]:
+    """A sentence on an ideal state that is none, by its unbalanced forces over the load's."""
+    if residual <= _UNBALANCED:
+        return []
+    return [
+        f"the shape as designed is not in balance ({residual:.2g} of the load is left): its modes mean "
+        "little; look at --state inflated, or for a part that is missing"
+    ]
+
+
+def of_ledger(error: float) -> list[str]:
+    """A sentence on energy that is not accounted for, as a share of the largest part."""
+    if error <= _OPEN:
+        return []
+    return [
+        f"{100 * error:.0f} % of the energy is not accounted for: trust neither path nor ledger; try --film "
+        "tension-field, more --steps or a finer mesh"
+    ]

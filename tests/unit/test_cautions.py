@@ -1,0 +1,40 @@
+"""What results warn of: designs, pressures and balances that make little sense."""
+
+import pytest
+
+from lobefem import cautions
+from lobefem.design import Design
+
+
+@pytest.mark.parametrize(
+    ("tables", "said"),
+    [
+        ({"shape": {"lobes": 2}}, "nothing holds the seams of the 2 lobes"),
+        ({"shape": {"edge_radius": 1500.0}}, "a radius of 1500 m"),
+        ({"shape": {"R0": 1500.0}, "film": {"thickness": 0.038}}, "film of 38 mm"),
+        ({"film": {"law": "isotropic", "slack_stiffness": 1e-4}}, "isotropic film has no slack part"),
+    ],
+)
+def test_a_design_that_makes_little_sense(tables, said):
+    assert any(sentence.startswith(said) for sentence in cautions.of_design(Design.parse(tables)))
+
+
+@pytest.mark.parametrize(
+    "tables", [{}, {"shape": {"lobes": 2}, "hoops": {}}, {"shape": {"kind": "cylinder"}}]
+)
+def test_a_sound_design_is_not_warned_of(tables):
+    assert cautions.of_design(Design.parse(tables)) == []
+
+
+def test_pressures_that_no_film_bears():
+    design = Design.parse({"shape": {"R0": 4.0}})  # 5 % of 3.5 GPa in 0.05 mm
+    limit = 0.05 * 3.5e9 * 5e-5 * 2 / 4.0
+    assert cautions.of_pressures(design, [0.99 * limit, None]) == []
+    (said,) = cautions.of_pressures(design, [5.0, 2.0 * limit])
+    assert "about 350 MPa and strains by about 10 %" in said
+
+
+def test_shares_that_are_too_large():
+    assert cautions.of_balance(0.3) == cautions.of_ledger(0.01) == []
+    assert "2.4 of the load" in cautions.of_balance(2.4)[0]
+    assert cautions.of_ledger(0.97)[0].startswith("97 % of the energy")
