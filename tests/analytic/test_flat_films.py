@@ -97,9 +97,9 @@ def hencky_rise(terms=14):
     return rise * R * (P * R / ET) ** (1 / 3)
 
 
-def inflated_disc(comm, rings, load):
+def inflated_disc(mesh, load):
     film = Isotropic(E=ET / 1e-4, nu=NU, thickness=1e-4)
-    balloon = film_balloon(quarter_disc(comm, R, rings), film, rim(R, (0, 1, 2)), load)
+    balloon = film_balloon(mesh, film, rim(R, (0, 1, 2)), load)
     x = nodal(balloon)
     dome = np.zeros_like(x)
     dome[:, 2] = 0.03 * (1 - (x**2).sum(axis=1) / R**2)
@@ -114,7 +114,7 @@ def test_hencky_disc_rises_as_the_exact_membrane(comm):
     assert exact == pytest.approx(33.142e-3, abs=0.001e-3)
     rise = []
     for rings in (4, 8, 16, 32):
-        balloon, state = inflated_disc(comm, rings, "closed")
+        balloon, state = inflated_disc(quarter_disc(comm, R, rings), "closed")
         rise.append(value_at(balloon, state, (0, 0, 0))[2])
         assert state.iterations <= 10
     observed = rates(np.array(rise) - exact)
@@ -125,7 +125,8 @@ def test_hencky_disc_rises_as_the_exact_membrane(comm):
 
 
 def test_a_clamped_disc_feels_the_same_pressure_in_both_conventions(comm):
-    closed, film = (inflated_disc(comm, 8, load)[1] for load in ("closed", "film"))
+    mesh = quarter_disc(comm, R, 8)  # two alike need not be distributed alike
+    closed, film = (inflated_disc(mesh, load)[1] for load in ("closed", "film"))
     np.testing.assert_allclose(film.displacement, closed.displacement, rtol=0, atol=1e-9 * R)
 
 

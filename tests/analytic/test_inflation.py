@@ -79,9 +79,10 @@ def test_ideal_state_is_nearly_in_equilibrium_and_more_so_on_finer_meshes(comm, 
 
 def test_bar_force_in_equilibrium_differs_by_the_plates_load(comm):
     """The film is the same in both conventions; the bar makes up for p pi R_e^2."""
-    film, closed = (
-        inflate(stack(comm, TensionField(), (12, 16), load=load), 5.0) for load in ("film", "closed")
-    )
+    balloon = stack(comm, TensionField(), (12, 16), load="film")
+    # of one mesh: two alike need not be distributed alike
+    other = Balloon(balloon.surface, TensionField(), [GasPressure("closed"), Hoops(), EndPlates()])
+    film, closed = (inflate(one, 5.0) for one in (balloon, other))
     area = np.linalg.norm(film.balloon.motion.area_vectors[1])
     assert closed.bar_force - film.bar_force == pytest.approx(5.0 * area, rel=1e-6)
     assert film.volume == pytest.approx(closed.volume, rel=1e-9)
