@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import os
 import re
 import warnings
 from collections.abc import Callable
@@ -20,6 +21,11 @@ import numpy.typing as npt
 
 from lobefem.errors import MissingDependencyError
 from lobefem.profiling import timed
+
+# Scotch 7 shares out the cells by threads, as their timing has it: meshes, and what was kept of states on
+# them, would be numbered in another way in each run
+os.environ.setdefault("SCOTCH_DETERMINISTIC", "1")
+os.environ.setdefault("SCOTCH_PTHREAD_NUMBER", "1")
 
 with contextlib.suppress(ModuleNotFoundError):
     # PyPI's wheel stack must be imported under this name first; Debian has no such package
