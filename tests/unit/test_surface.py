@@ -392,3 +392,9 @@ def test_graded_rows_lie_on_the_lobes_and_are_flat_at_their_rims():
         lobed_cylinder(1, (4, 5), grading=1.5)
     with pytest.raises(InputError, match="structured"):
         lobed_cylinder(1, layout="unstructured", size=0.7, grading=0.5)
+
+
+def test_a_mesh_is_distributed_the_same_way_every_time(comm):
+    first, *others = (lobed_cylinder(4, (12, 16), comm=comm).mesh.geometry.x for _ in range(8))
+    for x in others:
+        np.testing.assert_array_equal(x, first)
