@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from html import escape
@@ -27,11 +28,12 @@ class Glance:
     head: tuple[str, ...] = ()
 
 
-class Glanceable:
+class Glanceable(ABC):
     """What every result inherits; needs no communication, so that one rank alone may print it."""
 
+    @abstractmethod
     def _glance(self) -> Glance:
-        raise NotImplementedError
+        """What is told."""
 
     def __repr__(self) -> str:
         told = self._glance()

@@ -38,7 +38,7 @@ from lobefem.parts import Parts
 from lobefem.plate_forces import PlateForces
 from lobefem.plates import PlateLoad
 from lobefem.profiling import timed
-from lobefem.supports import constraint_map, edge_nodes, integral, plate_motion
+from lobefem.supports import constraint_map, edge_nodes, integral, plate_motion, total
 
 __all__ = ["Balloon"]
 
@@ -222,7 +222,7 @@ class Balloon(Glanceable):
 
     def volume(self) -> float:
         """Volume enclosed by film and plates [m^3] in the present displacement. Collective."""
-        change = self.comm.allreduce(fem.assemble_scalar(self.forms.volume))
+        change = total(self.mesh, self.forms.volume)
         change += self.plate_forces.volume(self._w) if self.plate_forces else 0.0
         return self.reference_volume + change
 
@@ -271,8 +271,8 @@ class Balloon(Glanceable):
         if not self.forms.has_energy:
             raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
         self.place(q)
-        elastic = self.comm.allreduce(fem.assemble_scalar(self.forms.elastic))
-        volume = self.comm.allreduce(fem.assemble_scalar(self.forms.volume))
+        elastic = total(self.mesh, self.forms.elastic)
+        volume = total(self.mesh, self.forms.volume)
         dead_work = 0.0
         if self.plate_forces is not None:
             elastic += self.plate_forces.bar_energy(self._w)
@@ -291,7 +291,7 @@ class Balloon(Glanceable):
         if not self.forms.has_energy:
             return None
         bar = self.plate_forces.bar_energy(self._w) if self.plate_forces else 0.0
-        return self.comm.allreduce(fem.assemble_scalar(self.forms.elastic)) + bar
+        return total(self.mesh, self.forms.elastic) + bar
 
     def _plate_terms(self, nodal: Array) -> tuple[Array, Array]:
         """Gradient and Hessian in w of all that acts on the plates, and on a guide's seams."""
@@ -369,7 +369,7 @@ class Balloon(Glanceable):
         for target, direction in ((self.forms.directions[0], dv), (self.forms.directions[1], dq)):
             J.mult(direction, target.x.petsc_vec)
             target.x.scatter_forward()
-        value = self.comm.allreduce(fem.assemble_scalar(self.forms.second_variation))
+        value = total(self.mesh, self.forms.second_variation)
         if self.contact is not None:
             value += self.contact.second_variation(
                 self.u, *(direction.x.petsc_vec for direction in self.forms.directions)

@@ -18,55 +18,58 @@ _STRAIN = 0.05
 _UNBALANCED, _OPEN = 0.5, 0.02
 
 
-def _radius(design: Design) -> float:
-    shape = design.shape
-    return shape.R0 or shape.edge_radius or shape.radius or 0.0
-
-
 def of_design(design: Design) -> list[str]:
     """Sentences on the design itself."""
-    film, shape, said = design.film, design.shape, []
-    if film.law == "isotropic" and film.slack_stiffness:
-        said.append("isotropic film has no slack part, so slack_stiffness has no effect")
-    if shape.lobes > 1 and not design.hoops.enabled:
-        said.append(
+    film, shape = design.film, design.shape
+    return [
+        *_if(
+            film.law == "isotropic" and bool(film.slack_stiffness),
+            "isotropic film has no slack part, so slack_stiffness has no effect",
+        ),
+        *_if(
+            shape.lobes > 1 and not design.hoops.enabled,
             f"nothing holds the seams of the {shape.lobes} lobes, for the design has no [hoops]: write that "
-            "table, empty for the paper's hoops, unless the balloon has none"
-        )
-    if _radius(design) > _LARGE:
-        said.append(f"a radius of {_radius(design):g} m: lengths are in metres, or write '1500 mm'")
-    if film.thickness > _THICK:
-        said.append(f"film of {1e3 * film.thickness:g} mm: lengths are in metres, or write '0.05 mm'")
-    return said
+            "table, empty for the paper's hoops, unless the balloon has none",
+        ),
+        *_if(
+            shape.size > _LARGE,
+            f"a radius of {shape.size:g} m: lengths are in metres, or write '1500 mm'",
+        ),
+        *_if(
+            film.thickness > _THICK,
+            f"film of {1e3 * film.thickness:g} mm: lengths are in metres, or write '0.05 mm'",
+        ),
+    ]
 
 
 def of_pressures(design: Design, pressures: Iterable[float | None]) -> list[str]:
     """A sentence on film stressed beyond its law, by the isotensoid's p R0/2 along the meridian."""
     film, highest = design.film, max((p for p in pressures if p), default=0.0)
-    stress = highest * _radius(design) / 2 / film.thickness
-    if stress <= _STRAIN * film.E:
-        return []
-    return [
+    stress = highest * design.shape.size / 2 / film.thickness
+    return _if(
+        stress > _STRAIN * film.E,
         f"at {highest:.4g} Pa the film bears about {stress / 1e6:.0f} MPa and strains by about "
-        f"{100 * stress / film.E:.0f} %: more than a linear law holds for, and than most films bear"
-    ]
+        f"{100 * stress / film.E:.0f} %: more than a linear law holds for, and than most films bear",
+    )
 
 
 def of_balance(residual: float) -> list[str]:
     """A sentence on an ideal state that is none, by its unbalanced forces over the load's."""
-    if residual <= _UNBALANCED:
-        return []
-    return [
+    return _if(
+        residual > _UNBALANCED,
         f"the shape as designed is not in balance ({residual:.2g} of the load is left): its modes mean "
-        "little; look at --state inflated, or for a part that is missing"
-    ]
+        "little; look at --state inflated, or for a part that is missing",
+    )
 
 
 def of_ledger(error: float) -> list[str]:
     """A sentence on energy that is not accounted for, as a share of the largest part."""
-    if error <= _OPEN:
-        return []
-    return [
+    return _if(
+        error > _OPEN,
         f"{100 * error:.0f} % of the energy is not accounted for: trust neither path nor ledger; try --film "
-        "tension-field, more --steps or a finer mesh"
-    ]
+        "tension-field, more --steps or a finer mesh",
+    )
+
+
+def _if(true: bool, sentence: str) -> list[str]:
+    return [sentence] if true else []

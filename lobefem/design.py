@@ -56,7 +56,7 @@ class Design(Section):
     @model_validator(mode="after")
     def _complete(self) -> Design:
         lobed = self.has_ideal_state
-        size = self.shape.edge_radius or self.shape.R0 or self.shape.radius or 0.0
+        size = self.shape.size
         film = self.film.model_copy()  # it may be part of another design
         if film.thickness > 0.01 * size:
             raise ValueError(

@@ -41,7 +41,7 @@ _OPTIONS = {
 # Newton iterations of a step of the right length, and those after which it is taken again by half
 _WANTED, _FAILED = 6, 10
 # iterations by which the residual of a solve that will succeed lies below that of its first step
-_TURNED = 4
+_FALLING = 4
 # residual of a step's solution over that of its beginning: the path is that of 1e-4 to four digits, in three
 # quarters of the iterations
 _CLOSE = 0.03
@@ -250,7 +250,7 @@ class Flow:
             self._start_norm = norm
         elif its == 1:
             self._first_norm = norm
-        elif its >= _TURNED and norm > self._first_norm:
+        elif its >= _FALLING and norm > self._first_norm:
             return why.DIVERGED_DTOL
         x = snes.getSolution()
         floor = _snes.round_off(self._stiffness, x) if its else 0.0

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from lobefem import _dolfinx, kinematics
 from lobefem.balloon import Balloon
+from lobefem.supports import total
 
 # isort: split
 import ufl
@@ -37,16 +38,14 @@ Array = npt.NDArray[np.float64]
 
 def cord_tensions(balloon: Balloon) -> tuple[float, ...]:
     """Mean tension of each cord group over its reference length [N]. Collective."""
-    return tuple(_sum(balloon, pull) / _sum(balloon, length) for pull, length in balloon.forms.pulls)
+    return tuple(
+        total(balloon.mesh, pull) / total(balloon.mesh, length) for pull, length in balloon.forms.pulls
+    )
 
 
 def region_areas(balloon: Balloon) -> tuple[float, float, float]:
     """Reference areas of taut, wrinkled and slack film [m^2]. Collective."""
-    return tuple(_sum(balloon, region) for region in balloon.forms.regions)  # type: ignore[return-value]
-
-
-def _sum(balloon: Balloon, form: Any) -> float:
-    return float(balloon.comm.allreduce(fem.assemble_scalar(form), op=MPI.SUM))
+    return tuple(total(balloon.mesh, region) for region in balloon.forms.regions)  # type: ignore[return-value]
 
 
 def region_shares(balloon: Balloon) -> Any:

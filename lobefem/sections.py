@@ -182,6 +182,11 @@ class Shape(Section):
             )
         return self._filled(truncation=0.55, **({} if self.R0 else {"edge_radius": _PAPER_RADIUS}))
 
+    @property
+    def size(self) -> float:
+        """The radius that the design gives [m]: R0, or that of its rims and seams."""
+        return self.R0 or self.edge_radius or self.radius or 0.0
+
     def _filled(self, **defaults: float) -> Shape:
         """Put the defaults of this kind where nothing is given."""
         for key, value in defaults.items():

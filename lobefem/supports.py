@@ -21,14 +21,19 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-__all__ = ["constraint_map", "edge_nodes", "integral", "plate_motion"]
+__all__ = ["constraint_map", "edge_nodes", "integral", "plate_motion", "total"]
 
 Array = npt.NDArray[np.float64]
 
 
 def integral(mesh: Any, expression: Any) -> float:
     """The integral of a UFL expression with its measure, over all ranks. Collective."""
-    return float(mesh.comm.allreduce(fem.assemble_scalar(_dolfinx.form(expression)), op=MPI.SUM))
+    return total(mesh, _dolfinx.form(expression))
+
+
+def total(mesh: Any, form: Any) -> float:
+    """The value of a compiled scalar form, over all ranks. Collective."""
+    return float(mesh.comm.allreduce(fem.assemble_scalar(form), op=MPI.SUM))
 
 
 def edge_nodes(V: Any, surface: Any, group: str) -> npt.NDArray[np.int32]:

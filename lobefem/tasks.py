@@ -267,7 +267,7 @@ def summary(command: str, design: Design) -> dict[str, Any]:
         "load": design.pressure.load,
         "support": design.plates.support,
         "lobes": design.shape.lobes,
-        "radius": design.shape.R0 or design.shape.edge_radius or design.shape.radius,
+        "radius": design.shape.size,
         "thickness": design.film.thickness,
         "divisions": design.mesh.divisions,
         "warnings": cautions.of_design(design),

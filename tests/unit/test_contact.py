@@ -191,6 +191,31 @@ def test_steps_stop_before_the_film_touches(comm):
     assert free_share(balloon, rest, small) == 1.0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_steps_that_no_search_looks_at_leave_a_part_of_the_gap(comm, monkeypatch, seed):
+    """Just below the limit of what is not searched the film stays apart, and the search says the same."""
+    balloon = stack(comm)
+    contact, q = balloon.contact, pinched(balloon, 0.5)
+    balloon.place(q)
+    before = contact.gap(balloon.u)
+    assert before < contact.activation
+    rng = np.random.default_rng(seed)
+    step = q.duplicate()
+    whole = rng.uniform(-1, 1, step.getSize())
+    begin, end = step.getOwnershipRange()
+    step.array[:] = whole[begin:end]
+    balloon.map.displace(step, balloon.u)
+    way = np.linalg.norm(balloon.u.x.array.reshape(-1, 3), axis=1).max(initial=0.0)
+    step.scale(0.99 * 0.8 * before / 2 / comm.allreduce(way, op=MPI.MAX))
+    assert free_share(balloon, q, step) == 1.0
+    monkeypatch.setattr("lobefem.contact._AWAY", 0.0)
+    assert free_share(balloon, q, step) == 1.0
+    q.axpy(1.0, step)
+    balloon.place(q)
+    assert not contact.intersects(balloon.u)
+    assert contact.gap(balloon.u) > 0.2 * before
+
+
 def test_no_accepted_step_intersects(comm, monkeypatch):
     """Every residual of an inflation that closes the wedge at the seam is of a film that does not cross."""
     balloon = stack(comm, EndPlates("pinned", bar=1e4), divisions=(6, 12))
