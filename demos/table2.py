@@ -430,9 +430,8 @@ def middle(runs: Runs, mesh: str, angle: float) -> Figure:
         left.plot(np.array(ramp["parameter"]) / angle, np.abs(ramp["middle"]), **look)
         after = np.array(motion["time"]) > 0
         sides = np.abs(np.array(motion["middle"]))
-        right.semilogx(
-            np.array(motion["time"])[after], sides[after], label=f"{r['load']}, {r['support']}", **look
-        )
+        name = f"{r['load']}, {r['support']}" + " (free to tilt)" * (r["support"] == "pinned")
+        right.semilogx(np.array(motion["time"])[after], sides[after], label=name, **look)
     left.set(xlabel=f"share of {angle:g} degrees", ylabel="mid hoop's displacement [m]", title="Distortion")
     right.set(xlabel="time since the release [s], damping 1", title="Release")
     for axes in (left, right):

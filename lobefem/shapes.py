@@ -162,11 +162,12 @@ def paint(
         pitch = width / columns
         around = 0 if skin.grid is None else skin.grid.shape[1]
         step = 2 if around >= (64 if cell > 20 else 32) else 1  # finer lines would run into each other
+        captions = []
         for k, panel in enumerate(panels):
             row, column = divmod(k, columns)
             top = total - head - row * row_height
             middle = (column + 0.5) * pitch
-            figure.text(middle / width, top / total, panel.caption, ha="center", va="top")
+            captions.append(figure.text(middle / width, top / total, panel.caption, ha="center", va="top"))
             top -= label
             left = middle - cell / 2 if not alone else middle - cell
             places = [(left, top - cell * view.side), (left, top - cell * tall)]
@@ -179,6 +180,10 @@ def paint(
                 put = Affine2D().translate(view.reach, -bottom).scale(cell / (2 * view.reach)).translate(x, y)
                 place = put + paper.transData
                 draw(paper, skin, panel.shape, (e1, up, towards), step, panel.values, panel.scale, place)
+        # neighbours' captions must not touch
+        widest = max(caption.get_window_extent().width for caption in captions) / figure.dpi / MM
+        for caption in captions if widest > 0.94 * pitch else ():
+            caption.set_fontsize(float(caption.get_fontsize()) * 0.94 * pitch / widest)
         for scale in scales:
             held = [k % columns for k, panel in enumerate(panels) if panel.scale == scale]
             middle = (min(held) + max(held) + 1) / 2 * pitch

@@ -1,5 +1,7 @@
 """The gathered film and the arguments of the figures."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -16,8 +18,9 @@ from lobefem import (
 from lobefem._skin import facing, gather, normals, outline, polygons
 from lobefem.branches import follow
 from lobefem.errors import InputError
-from lobefem.plotting import _spread, eigenvalue_curves, mode_shapes
+from lobefem.plotting import _spread, eigenvalue_curves, mode_caption, mode_panel, mode_shapes
 from lobefem.rendering import render_modes
+from lobefem.shapes import blank, paint, window
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +103,17 @@ def test_figures_refuse_what_they_cannot_draw(modes, shared_path):
         render_modes(modes, [], shared_path / "none.png")
     with pytest.raises(InputError, match="two pressures or more"):
         eigenvalue_curves(follow([modes]))
+
+
+def test_captions_of_neighbours_do_not_touch(modes):
+    skin = gather(modes.state.balloon, modes[0].displacement)
+    if skin is not None:
+        long = mode_caption("mode 1", "local", 12, -1234.56, "Pa/m")
+        panels = [mode_panel(long, "local", skin, skin.fields[0]) for _ in range(4)]
+        figure = blank()
+        paint(figure, skin, panels, window(skin, panels), width=85.0)
+        boxes = [t.get_window_extent() for t in figure.texts if t.get_text() == long]
+        assert len(boxes) == 4
+        assert all(a.x1 < b.x0 for a, b in pairwise(boxes))
+        assert boxes[0].x0 > 0
+        assert boxes[-1].x1 < figure.bbox.width
