@@ -126,13 +126,19 @@ def draw(state: Equilibrium, path: Path) -> None:
     film["contact force [N]"] = np.linalg.norm(force, axis=1)
     plotter = pyvista.Plotter(off_screen=True, window_size=[900, 700])
     plotter.set_background("white")
-    plotter.add_mesh(film, scalars="contact force [N]", cmap="viridis", show_edges=True, ambient=0.3)
+    plotter.add_mesh(
+        film, scalars="contact force [N]", cmap="viridis", show_edges=True, ambient=0.3, show_scalar_bar=False
+    )
+    plotter.add_scalar_bar(
+        title="contact force [N]\n", vertical=False, width=0.6, height=0.09, position_x=0.2, position_y=0.01,
+        title_font_size=16, label_font_size=14, n_labels=4, fmt="%.1f", color="black",
+    )  # fmt: skip
     centre = film.center
     plotter.camera.focal_point = centre
     plotter.camera.position = (centre[0] + 40, centre[1], centre[2] + 6)
     plotter.camera.up = (0, 0, 1)
     plotter.camera.parallel_projection = True
-    plotter.camera.parallel_scale = 0.62 * skin.height
+    plotter.camera.parallel_scale = 0.68 * skin.height
     plotter.screenshot(str(path))
     plotter.close()
 

@@ -223,6 +223,7 @@ def figure(numbers: dict[str, Any]) -> Figure:
     sheet = Figure(figsize=(7.0, 3.2), layout="constrained")
     FigureCanvasAgg(sheet)
     left, right = sheet.subplots(1, 2)
+    place: Any = {"rotation": 90, "ha": "right", "va": "bottom", "transform": left.get_xaxis_transform()}
     colours = {}
     for name, found in numbers["curves"].items():
         mesh = name.split(",")[0]
@@ -232,11 +233,11 @@ def figure(numbers: dict[str, Any]) -> Figure:
         left.plot(found["parameter"], found["reaction"], color=colour, label=name, **style)
         if found["first_contact"] is not None:
             left.axvline(found["first_contact"], color=colour, lw=0.6, ls="--")
+            left.text(found["first_contact"], 0.45, "contact ", color=colour, fontsize=7, **place)
     back = numbers["let_go"]
     left.plot(back["parameter"], back["reaction"], "o", color="0.3", mfc="none", ms=3.5, label="back")
     if left.get_xlim()[1] > CONTACT:
         left.axvline(CONTACT, color="0.5", lw=0.6, ls=":")
-        place = {"rotation": 90, "ha": "right", "va": "bottom", "transform": left.get_xaxis_transform()}
         left.text(CONTACT, 0.02, "paper: contact ", color="0.4", fontsize=7, **place)
     left.set(xlabel="displacement of the top centre δ [m]", ylabel="force on the top centre [N]")
     left.margins(x=0)
