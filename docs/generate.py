@@ -51,6 +51,7 @@ def key(quick: bool) -> str:
         ROOT / "benchmarks/results/scaling.json",
         ROOT / "demos/load_path.py",
         ROOT / "demos/table2.py",
+        ROOT / "demos/table2_shown.py",
         RETURNS,
         HERE / "generate.py",
         *sorted((HERE / "parts").glob("*.py")),

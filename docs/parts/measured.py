@@ -36,15 +36,15 @@ def scaling(out: Path) -> dict[str, str]:
 
 def returns(out: Path) -> dict[str, str]:
     """The page on releases, from the numbers that `demos/table2.py --json` has left."""
-    demo = borrowed("demos/table2.py")
+    demo, shows = borrowed("demos/table2.py"), borrowed("demos/table2_shown.py")
     numbers = json.loads(RETURNS.read_text(encoding="utf-8"))
     names = [case.name for case in demo.matrix()]
     cases = {name: r for name, r in numbers["runs"].items() if name.split(", ", 1)[1] in names}
-    shown = [(*row[:10], row[11]) for row in demo.rows(cases)]
-    for angle, (original, imposed, final) in demo.PAPER.items():
+    shown = [(*row[:10], row[11]) for row in shows.rows(cases)]
+    for angle, (original, imposed, final) in shows.PAPER.items():
         cells = (f"{original:.2f}", f"{imposed:.2f}", f"{imposed / original:.4f}", f"{final:.2f}")
         shown.append(("24x32", f"*the paper, {angle:g} degrees*", *cells, "*distorted*", "", "", "", ""))
-    head = (*demo.HEAD[:10], demo.HEAD[11])
+    head = (*shows.HEAD[:10], shows.HEAD[11])
     parts = {"returns_matrix": table(head, shown)}
 
     rows: list[Sequence[str]] = []
@@ -79,7 +79,7 @@ def returns(out: Path) -> dict[str, str]:
     )
 
     rows = []
-    for angle, (_, imposed, final) in demo.PAPER.items():
+    for angle, (_, imposed, final) in shows.PAPER.items():
         ours = [r for r in cases.values() if r["amount"] == angle]
         strain = max(r["strain_imposed"] + r["contact_imposed"] for r in ours if r["load"] == "closed")
         film = [r for r in ours if r["load"] == "film"]
@@ -115,8 +115,8 @@ def returns(out: Path) -> dict[str, str]:
         ],
     )
     parts["returns_larger"] = table(
-        demo.HEAD[:10],
-        [row[:10] for row in demo.rows({k: r for k, r in numbers["runs"].items() if k not in cases})],
+        shows.HEAD[:10],
+        [row[:10] for row in shows.rows({k: r for k, r in numbers["runs"].items() if k not in cases})],
     )
     parts["returns_random"] = table(
         ("seed", "support", "least volume on the way", "contact", "outcome", "lowest [Pa/m]"),
@@ -176,6 +176,6 @@ def returns(out: Path) -> dict[str, str]:
         f"{max(r['seconds'] for r in cases.values()):.0f} s of one core for the longest of these cases.\n"
     )
     for angle in demo.ANGLES:
-        demo.middle(numbers["runs"], "24x32", angle).savefig(out / f"returns_fig23_{angle:g}.png", dpi=150)
-    demo.landscape(numbers["runs"], "24x32").savefig(out / "returns_landscape.png", dpi=150)
+        shows.middle(numbers["runs"], "24x32", angle).savefig(out / f"returns_fig23_{angle:g}.png", dpi=150)
+    shows.landscape(numbers["runs"], "24x32").savefig(out / "returns_landscape.png", dpi=150)
     return parts
