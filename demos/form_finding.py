@@ -334,7 +334,9 @@ def _draw_stress(form: Form, analysed: Analysed, design: Isotensoid) -> Figure:
         upper.set(ylabel=r"$\sigma_\phi$ [MPa]", ylim=(0, None))
         upper.legend(frameon=False, loc="lower right")
         upper.set_title(f"Meridional stress of the formed lobe at {PRESSURE:g} Pa", loc="left")
-        lower.set(xlabel="arc length from the equator $s$ [m]", ylabel="off eq. 4 [%]", ylim=(-1.1, 1.1))
+        lower.set(xlabel="arc length from the equator $s$ [m]", ylabel="off eq. 4 [%]")
+        most = 1.15 * max(1.0, *(float(np.abs(line.get_ydata()).max()) for line in lower.lines))
+        lower.set_ylim(-most, most)
         for axes in (upper, lower):
             axes.spines[["top", "right"]].set_visible(False)
     return figure

@@ -175,21 +175,28 @@ def _label_ends(
         )
         for value, b in ends
     ]
-    for b in branches:  # one that leaves the lowest modes early is named where it does
-        if b.pressures[-1] < last and not _minor(b) and limits[0] < b.values[-1] < limits[1]:
-            axes.annotate(
-                b.name,
-                (b.pressures[-1], b.values[-1]),
-                xytext=(3, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=6,
-                color=COLOURS[b.kind],
-                bbox={"fc": "white", "ec": "none", "pad": 0.5},
-            )
-    if not texts:
+    early = [  # one that leaves the lowest modes early is named where it does
+        axes.annotate(
+            b.name,
+            (b.pressures[-1], b.values[-1]),
+            xytext=(3, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=6,
+            color=COLOURS[b.kind],
+            bbox={"fc": "white", "ec": "none", "pad": 0.5},
+        )
+        for b in branches
+        if b.pressures[-1] < last and not _minor(b) and limits[0] < b.values[-1] < limits[1]
+    ]
+    if not texts and not early:
         return
     figure.draw_without_rendering()  # lays out; only then are the ends' places known
+    for k, text in enumerate(early):  # but not where others are named already
+        box = text.get_window_extent()
+        text.set_visible(not any(t.get_visible() and box.overlaps(t.get_window_extent()) for t in early[:k]))
+    if not texts:
+        return
     figure.set_layout_engine("none")
     to_points = 72 / figure.dpi
     at = axes.transData.transform([(last, value) for value, _ in ends])[:, 1] * to_points
