@@ -4,6 +4,8 @@
 there are as few as an ordinary run of the suite can afford.
 """
 
+import contextlib
+import inspect
 import io
 import json
 import math
@@ -14,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import typer
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mpi4py import MPI
 
@@ -29,15 +31,65 @@ KEYS = [
 ]
 
 
-def cases(share, least):
-    """Settings for a share of all examples; all ranks draw the same ones."""
-    return settings(
+def cases(share, least, **strategies):
+    """Run a test with a share of all examples, at least so many, on all ranks alike.
+
+    Rank 0 draws them: Hypothesis looks for constants in the modules that are loaded, which are others on
+    other ranks. A fault on any rank is one on all.
+
+    Args:
+        share: of all examples.
+        least: number of examples.
+        strategies: by the test's arguments; what they draw is pickled.
+    """
+    comm = MPI.COMM_WORLD
+    few = settings(
         max_examples=max(least, round(share * EXAMPLES)),
         deadline=None,
         database=None,
-        derandomize=not EXAMPLES or MPI.COMM_WORLD.size > 1,
+        derandomize=not EXAMPLES,
         suppress_health_check=list(HealthCheck),
     )
+
+    def decorate(test):
+        def one(fixtures, drawn):
+            fault = None
+            try:
+                test(**fixtures, **drawn)
+            except Exception as error:
+                fault = error
+            for others in comm.allgather(fault and f"{type(fault).__name__}: {fault}"):
+                if others:
+                    raise fault or AssertionError(others)
+
+        def on_all_ranks(**fixtures):
+            if comm.rank > 0:
+                while (drawn := comm.bcast(None, root=0)) is not None:
+                    with contextlib.suppress(Exception):  # rank 0 raises it
+                        one(fixtures, drawn)
+                assert not comm.bcast(None, root=0)
+                return
+
+            @few
+            @given(**strategies)
+            def drawing(**drawn):
+                comm.bcast(drawn, root=0)
+                one(fixtures, drawn)
+
+            ended = False
+            try:
+                drawing()
+                ended = True
+            finally:
+                comm.bcast(None, root=0)
+                comm.bcast("" if ended else "rank 0 has found a fault", root=0)
+
+        wanted = inspect.signature(test).parameters.values()
+        on_all_ranks.__signature__ = inspect.Signature([p for p in wanted if p.name not in strategies])
+        on_all_ranks.__name__, on_all_ranks.__doc__ = test.__name__, test.__doc__
+        return on_all_ranks
+
+    return decorate
 
 
 # --- values -------------------------------------------------------------------------------------

@@ -6,7 +6,6 @@ import pickle
 import numpy as np
 import pytest
 from broken import SINGLE, cases, fault_of_sentence, run
-from hypothesis import given
 from hypothesis import strategies as st
 from mpi4py import MPI
 
@@ -20,20 +19,18 @@ from lobefem.states import load_state, save_state
 from lobefem.surface import lobed_cylinder
 
 ARRAYS = ("position", "displacement", "plate_parameters", "pressure", "prestress", "notes")
-WRONG = st.sampled_from(
-    [
-        lambda old: np.zeros(0),
-        lambda old: np.full(old.shape, np.nan) if old.dtype.kind == "f" else np.zeros(3),
-        lambda old: np.full(old.shape, np.inf) if old.dtype.kind == "f" else np.array(7),
-        lambda old: old[..., None],
-        lambda old: np.zeros((2_000_000, 3)),
-        lambda old: np.array(["x"]),
-        lambda old: np.array("[" * 5000),
-        lambda old: np.array("null"),
-        lambda old: old.astype(complex) if old.dtype.kind == "f" else np.array(b"\xff"),
-        lambda old: np.array([Trap()], dtype=object),
-    ]
-)
+WRONG = [
+    lambda old: np.zeros(0),
+    lambda old: np.full(old.shape, np.nan) if old.dtype.kind == "f" else np.zeros(3),
+    lambda old: np.full(old.shape, np.inf) if old.dtype.kind == "f" else np.array(7),
+    lambda old: old[..., None],
+    lambda old: np.zeros((2_000_000, 3)),
+    lambda old: np.array(["x"]),
+    lambda old: np.array("[" * 5000),
+    lambda old: np.array("null"),
+    lambda old: old.astype(complex) if old.dtype.kind == "f" else np.array(b"\xff"),
+    lambda old: np.array([Trap()], dtype=object),
+]
 ran = []
 
 
@@ -58,38 +55,58 @@ def kept(balloon, tmp_path_factory):
     return path, path.read_bytes(), load_state(path, balloon)
 
 
-@cases(0.1, 25)
-@given(st.data())
-def test_a_damaged_state_is_refused_or_the_same(balloon, kept, data):
-    path, content, sound = kept
-    comm = balloon.comm
-    kind = data.draw(st.sampled_from(["bits", "cut", "array", "lacking", "other", "more"]))
+def _npy():
+    stream = io.BytesIO()
+    np.save(stream, np.zeros(3))
+    return stream.getvalue()
+
+
+PLACE = st.integers(0, 2**32)
+DAMAGES = st.one_of(
+    st.tuples(st.just("bits"), st.lists(st.tuples(PLACE, st.integers(0, 7)), min_size=1, max_size=4)),
+    st.tuples(st.just("cut"), PLACE),
+    st.tuples(st.just("array"), st.tuples(st.sampled_from(ARRAYS), st.integers(0, len(WRONG) - 1))),
+    st.tuples(st.just("lacking"), st.sampled_from(ARRAYS)),
+    st.tuples(
+        st.just("other"),
+        st.one_of(st.binary(max_size=99), st.just(pickle.dumps(Trap())), st.just(_npy())),
+    ),
+    st.tuples(st.just("more"), st.sampled_from(["../../outside", "/outside", "field:x", "x"])),
+)
+
+
+def damage(content, kind, what):
+    """A state's file, damaged as drawn."""
     if kind == "bits":
         damaged = bytearray(content)
-        for _ in range(data.draw(st.integers(1, 4))):
-            damaged[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
-    elif kind == "cut":
-        damaged = content[: data.draw(st.integers(0, len(content) - 1))]
-    elif kind == "other":
-        damaged = data.draw(st.one_of(st.binary(max_size=99), st.just(pickle.dumps(Trap())), st.just(_npy())))
+        for place, bit in what:
+            damaged[place % len(content)] ^= 1 << bit
+        return bytes(damaged)
+    if kind == "cut":
+        return content[: what % len(content)]
+    if kind == "other":
+        return what
+    with np.load(io.BytesIO(content)) as file:
+        arrays = dict(file)
+    if kind == "array":
+        name, number = what
+        arrays[name] = WRONG[number](arrays[name])
+    elif kind == "lacking":
+        del arrays[what]
     else:
-        with np.load(io.BytesIO(content)) as file:
-            arrays = dict(file)
-        name = data.draw(st.sampled_from(ARRAYS))
-        if kind == "array":
-            arrays[name] = data.draw(WRONG)(arrays[name])
-        elif kind == "lacking":
-            del arrays[name]
-        else:
-            arrays[data.draw(st.sampled_from(["../../outside", "/outside", "field:x", "x"]))] = np.zeros(
-                (30, 3)
-            )
-        stream = io.BytesIO()
-        np.savez(stream, allow_pickle=True, **arrays)
-        damaged = stream.getvalue()
+        arrays[what] = np.zeros((30, 3))
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=True, **arrays)
+    return stream.getvalue()
+
+
+@cases(0.1, 25, damaged=DAMAGES)
+def test_a_damaged_state_is_refused_or_the_same(balloon, kept, damaged):
+    path, content, sound = kept
+    comm, kind = balloon.comm, damaged[0]
     file = path.with_name("damaged.npz")
     if comm.rank == 0:
-        file.write_bytes(damaged)
+        file.write_bytes(damage(content, *damaged))
     comm.Barrier()
     try:
         found = load_state(file, balloon)
@@ -101,12 +118,6 @@ def test_a_damaged_state_is_refused_or_the_same(balloon, kept, data):
     assert not ran
     assert not any(comm.allgather(wrong)), f"{wrong} after {kind}"
     assert not (path.parent / "outside.npy").exists()
-
-
-def _npy():
-    stream = io.BytesIO()
-    np.save(stream, np.zeros(3))
-    return stream.getvalue()
 
 
 def test_a_run_with_damaged_files_is_refused_in_one_sentence(shared_path, comm):

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from broken import SINGLE, cases, command_lines, fault, fault_of_results, leftovers, run
-from hypothesis import given
 from mpi4py import MPI
 
 ROOT = Path(__file__).parents[2]
@@ -21,8 +20,7 @@ def kept(tmp_path_factory):
     return folder
 
 
-@cases(0.25, 12)
-@given(command_lines())
+@cases(0.25, 12, line=command_lines())
 def test_any_command_line_ends_well_or_in_one_sentence(tmp_path_factory, kept, line):
     """And writes only where it is told to: nothing in the repository, where a folder was once left."""
     comm = MPI.COMM_WORLD

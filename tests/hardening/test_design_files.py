@@ -1,15 +1,13 @@
 """Design files of any content make a sound design, or one sentence."""
 
 from broken import DESIGN_FILES, SWEEP_FILES, TAKEN, cases, fault_of_sentence
-from hypothesis import given
 
 from lobefem.design import Design
 from lobefem.errors import InputError
 from lobefem.parameter_study import load
 
 
-@cases(0.6, 60)
-@given(DESIGN_FILES)
+@cases(0.6, 60, content=DESIGN_FILES)
 def test_any_file_makes_a_design_or_one_sentence(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "any.toml"
     path.write_bytes(content)
@@ -27,8 +25,7 @@ def test_any_file_makes_a_design_or_one_sentence(tmp_path_factory, content):
     assert Design.load(path).to_toml() == written
 
 
-@cases(0.1, 30)
-@given(SWEEP_FILES)
+@cases(0.1, 30, content=SWEEP_FILES)
 def test_any_file_makes_a_sweep_or_one_sentence(tmp_path_factory, content):
     path = tmp_path_factory.getbasetemp() / "sweep.toml"
     path.write_bytes(content)

@@ -7,7 +7,6 @@ import subprocess
 import numpy as np
 import pytest
 from broken import EXAMPLES, SINGLE, cases, fault_of_sentence, leftovers, run
-from hypothesis import given
 from hypothesis import strategies as st
 from mpi4py import MPI
 
@@ -33,8 +32,7 @@ def require_sound(folder, code, out, err):
 
 
 @alone
-@cases(0.005, 4)
-@given(limit=st.integers(1000, 150_000))
+@cases(0.005, 4, limit=st.integers(1000, 150_000))
 def test_a_file_that_cannot_grow(tmp_path_factory, limit):
     """A limit of the size of each file stands for a full disk: it needs no rights."""
     folder = tmp_path_factory.mktemp("run")
