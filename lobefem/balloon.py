@@ -21,8 +21,8 @@ import basix.ufl
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
-from petsc4py import PETSc
 
+from lobefem._assembly import NodalMatrix, NodalVector, integral, together, total, totals
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._manifold import require_manifold
 from lobefem.contact import Contact, SelfContact
@@ -38,7 +38,7 @@ from lobefem.parts import Parts
 from lobefem.plate_forces import PlateForces
 from lobefem.plates import PlateLoad
 from lobefem.profiling import timed
-from lobefem.supports import constraint_map, edge_nodes, integral, plate_motion, total
+from lobefem.supports import constraint_map, edge_nodes, plate_motion
 
 __all__ = ["Balloon"]
 
@@ -115,10 +115,9 @@ class Balloon(Glanceable):
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._tangents: dict[int, Any] = {}
         self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
-        self._mass: Any = None
-        self.reference_area = self.integrate(fem.Constant(self.mesh, 1.0) * self.forms.dx)
-        X = ufl.SpatialCoordinate(self.mesh)
-        self.reference_volume = self.integrate(film_volume(X, self.frame) * self.forms.dx)
+        wanted = fem.Constant(self.mesh, 1.0), film_volume(ufl.SpatialCoordinate(self.mesh), self.frame)
+        form = together(self.mesh, *((f, self.forms.dx) for f in wanted))
+        self.reference_area, self.reference_volume = map(float, totals(self.mesh, form))
         self.reference_volume += self.motion.volume if self.motion else 0.0
         if self.motion is not None and self.reference_volume <= 0:
             raise InputError(
@@ -203,12 +202,12 @@ class Balloon(Glanceable):
         return edge_nodes(self.V, self.surface, group)
 
     @cached_property
-    def _residual_vector(self) -> Any:
-        return _dolfinx.create_vector(self.forms.residual)
+    def _residual_vector(self) -> NodalVector:
+        return NodalVector(self.forms.residual)
 
     @cached_property
-    def _full_tangent(self) -> Any:
-        return _dolfinx.create_matrix(self.forms.tangent)
+    def _full_tangent(self) -> NodalMatrix:
+        return NodalMatrix(self.forms.tangent)
 
     # --- what a solver asks for -----------------------------------------------------------------
 
@@ -233,10 +232,10 @@ class Balloon(Glanceable):
     def load_norm(self, q: Any) -> float:
         """Norm of the pressure's reduced nodal forces p dV/dq at q [N, N m]. Collective."""
         self.place(q)
-        g = _assemble(_dolfinx.create_vector(self.forms.load), self.forms.load)
+        g = NodalVector(self.forms.load).assemble(self.forms.load)
         out = self.map.create_vector()
         _, dw, _ = self.map.plate_parameters(self.map.parameters(q))
-        self.map.reduce(g.array_r, self.map.plate_forces(g.array_r, self._w)[0], dw, out)
+        self.map.reduce(g, self.map.plate_forces(g, self._w)[0], dw, out)
         return abs(float(self.pressure.value)) * out.norm()
 
     def bar_force(self) -> float | None:
@@ -305,13 +304,13 @@ class Balloon(Glanceable):
         key = np.append(self.u.x.array, (self.pressure.value, self.prestress.value))
         kept = self._residual_at.get("key")
         if self.comm.allreduce(kept is not None and np.array_equal(kept, key), op=MPI.LAND):
-            return self._residual_vector.array_r
+            return self._residual_vector.array
         self._residual_at.clear()
-        r = _assemble(self._residual_vector, self.forms.residual)
+        r = self._residual_vector.assemble(self.forms.residual)
         if self.contact is not None:
-            r.array[:] += self.contact.gradient(self.u)
+            r += self.contact.gradient(self.u)
         self._residual_at["key"] = key
-        return r.array_r
+        return r
 
     @timed("residual")
     def residual(self, q: Any, out: Any) -> None:
@@ -348,14 +347,14 @@ class Balloon(Glanceable):
         self._w, dw, d2w = self.map.displace(q, self.u)
         if before is not None:
             increment.x.array[:] = self.u.x.array - increment.x.array
-        K = _dolfinx.assemble_matrix(self._full_tangent, form)
-        J = self.map.jacobian(self._w, dw)
-        reduced = self.map.reduced(K, J, self._tangents.get(slot))
+        K = self._full_tangent
+        K.assemble(form)
+        reduced = self.map.reduced(K, self._w, dw, self._tangents.get(slot))
         if self.map.num_parameters:
             self.map.add_parameter_block(reduced, self._parameter_block(dw, d2w))
         self._tangents[slot] = reduced
         if self.contact is not None:
-            return self.contact.add_hessian(reduced, J, self.u, slot)
+            return self.contact.add_hessian(reduced, self.map.jacobian(self._w, dw), self.u, slot)
         return reduced
 
     def second_variation(self, q: Any, dv: Any, dq: Any) -> float:
@@ -387,12 +386,15 @@ class Balloon(Glanceable):
         gradient, hessian = self._plate_terms(self._assemble_residual())
         return dw.T @ hessian @ dw + np.einsum("w,wab->ab", gradient, d2w)
 
+    @cached_property
+    def _mass(self) -> NodalMatrix:
+        mass = NodalMatrix(self.forms.mass)
+        mass.assemble(self.forms.mass)
+        return mass
+
     def mass_matrix(self) -> Any:
         """Consistent mass of unit areal density on all nodal displacements [m^2]. Collective."""
-        if self._mass is None:
-            self._mass = fem.petsc.assemble_matrix(self.forms.mass)
-            self._mass.assemble()
-        return self._mass
+        return self._mass.whole()
 
     def mass(self, q: Any, kind: str = "unit") -> Any:
         """B of the eigenproblem in q: J^T M J or J^T J with the map's Jacobian at q. Collective.
@@ -403,15 +405,7 @@ class Balloon(Glanceable):
                 identity on nodal displacements (the paper's).
         """
         w, dw, _ = self.map.plate_parameters(self.map.parameters(q))
-        J = self.map.jacobian(w, dw)
         if kind == "nodal":
+            J = self.map.jacobian(w, dw)
             return J.transposeMatMult(J)
-        return self.map.reduced(self.mass_matrix(), J)
-
-
-def _assemble(vector: Any, form: Any) -> Any:
-    with vector.localForm() as local:
-        local.set(0.0)
-    fem.petsc.assemble_vector(vector, form)
-    vector.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-    return vector
+        return self.map.reduced(self._mass, w, dw)

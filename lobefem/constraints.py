@@ -21,6 +21,7 @@ from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from lobefem._assembly import NodalMatrix
 from lobefem.guides import Guide, PushedNodes
 from lobefem.plates import PlateMotion, rotation
 
@@ -59,7 +60,6 @@ class ConstraintMap:
         self.motion = motion
         index_map = V.dofmap.index_map
         self.owned = 3 * index_map.size_local
-        self._start = 3 * index_map.local_range[0]
         x = V.tabulate_dof_coordinates()
         free = np.ones(self.owned, dtype=bool)
         self._rims, self._arms = [], []
@@ -84,7 +84,6 @@ class ConstraintMap:
         self.parameter_columns = np.arange(self.size - self.num_parameters, self.size, dtype=PETSc.IntType)
         self._jacobian: Any = None
         self._jacobian_w: Array | None = None
-        self._picked: Any = None
 
     def _push(self, pushed: PushedNodes | None, free: npt.NDArray[np.bool_]) -> None:
         """Take the outward component of pushed nodes out of `free`.
@@ -265,22 +264,20 @@ class ConstraintMap:
         self._jacobian_w = w.copy()
         return self._jacobian
 
-    def reduced(self, K: Any, J: Any, result: Any = None) -> Any:
+    def reduced(self, K: NodalMatrix, w: Array, dw: Array, result: Any = None) -> Any:
         """J^T K J. Collective.
 
-        Where q is whole nodes J only picks them, and so does this: a third of the time of the product.
+        Where q is whole nodes J only picks them, and so does this: there is no product.
 
         Args:
-            K: matrix of nodal displacements.
-            J: `jacobian`.
+            K: matrix of nodal displacements (`NodalMatrix`).
+            w: of `plate_parameters`.
+            dw: of `plate_parameters`.
             result: of an earlier call with a matrix of the same pattern, overwritten.
         """
         if not self.whole_nodes:
-            return K.ptap(J, result=result)
-        if self._picked is None:
-            rows: Any = PETSc.IS()
-            self._picked = rows.createGeneral((self._start + self.free).astype(PETSc.IntType), comm=self.comm)
-        return K.createSubMatrix(self._picked, self._picked, result)
+            return K.whole().ptap(self.jacobian(w, dw), result=result)
+        return K.picked(self.free, result)
 
     def add_parameter_block(self, matrix: Any, block: Array) -> None:
         """Add a dense block (size of y) to the plates' rows and columns. Collective."""

@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Any
 
 from lobefem import _dolfinx
+from lobefem._assembly import together
 from lobefem.cables import Cords
 from lobefem.kinematics import edge_strain, green_lagrange
 from lobefem.loads import film_volume_change, pressure_work
@@ -168,11 +169,10 @@ class WeakForms:
         return _dolfinx.form(self._volume)
 
     @cached_property
-    def regions(self) -> tuple[Any, ...]:
-        """Reference areas of taut, wrinkled and slack film [m^2]."""
-        return tuple(
-            _dolfinx.form(region * self.dx) for region in self._film.regions(self.strain, self.number)
-        )
+    def regions(self) -> Any:
+        """Reference areas of taut, wrinkled and slack film [m^2], `together`."""
+        regions = self._film.regions(self.strain, self.number)
+        return together(self.mesh, *((region, self.dx) for region in regions))
 
     @cached_property
     def pulls(self) -> tuple[tuple[Any, Any], ...]:

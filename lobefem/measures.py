@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _dolfinx, kinematics
+from lobefem._assembly import total, totals
 from lobefem.balloon import Balloon
-from lobefem.supports import total
 
 # isort: split
 import ufl
@@ -45,7 +45,8 @@ def cord_tensions(balloon: Balloon) -> tuple[float, ...]:
 
 def region_areas(balloon: Balloon) -> tuple[float, float, float]:
     """Reference areas of taut, wrinkled and slack film [m^2]. Collective."""
-    return tuple(total(balloon.mesh, region) for region in balloon.forms.regions)  # type: ignore[return-value]
+    taut, wrinkled, slack = totals(balloon.mesh, balloon.forms.regions)
+    return float(taut), float(wrinkled), float(slack)
 
 
 def region_shares(balloon: Balloon) -> Any:
@@ -81,7 +82,7 @@ def _cell_means(balloon: Balloon, expression: Any, name: str) -> Any:
     area = fem.Function(W)
     ones = ufl.as_vector([1.0] * expression.ufl_shape[0])
     for target, f in ((mean, expression), (area, ones)):
-        fem.petsc.assemble_vector(target.x.petsc_vec, _dolfinx.form(ufl.inner(f, v) * balloon.forms.dx))
+        fem.assemble_vector(target.x.array, _dolfinx.form(ufl.inner(f, v) * balloon.forms.dx))
         target.x.scatter_forward()
     mean.x.array[:] /= area.x.array
     return mean

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _dolfinx
+from lobefem import _dolfinx  # noqa: F401  (the stack, before UFL)
+from lobefem._assembly import together, totals
 from lobefem.constraints import ConstraintMap
 from lobefem.errors import InputError
 from lobefem.guides import Guide
@@ -19,21 +20,10 @@ from lobefem.plates import EndPlates, PlateMotion
 # isort: split
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
-__all__ = ["constraint_map", "edge_nodes", "integral", "plate_motion", "total"]
+__all__ = ["constraint_map", "edge_nodes", "plate_motion"]
 
 Array = npt.NDArray[np.float64]
-
-
-def integral(mesh: Any, expression: Any) -> float:
-    """The integral of a UFL expression with its measure, over all ranks. Collective."""
-    return total(mesh, _dolfinx.form(expression))
-
-
-def total(mesh: Any, form: Any) -> float:
-    """The value of a compiled scalar form, over all ranks. Collective."""
-    return float(mesh.comm.allreduce(fem.assemble_scalar(form), op=MPI.SUM))
 
 
 def edge_nodes(V: Any, surface: Any, group: str) -> npt.NDArray[np.int32]:
@@ -57,22 +47,22 @@ def plate_motion(surface: Any, plates: EndPlates) -> PlateMotion:
     if missing:
         raise InputError(f"end plates need the edge group '{missing[0]}', which this surface lacks")
     axis = np.asarray(surface.axis, dtype=float)
-    ds = ufl.Measure("ds", domain=mesh, subdomain_data=surface.edges)
+    # exact for the area within edges of any of our degrees
+    rule = {"quadrature_degree": 4}
+    ds = ufl.Measure("ds", domain=mesh, subdomain_data=surface.edges, metadata=rule)
     X = ufl.SpatialCoordinate(mesh)
     t = ufl.cross(ufl.CellNormal(mesh), ufl.FacetNormal(mesh))
     e = ufl.as_vector(list(axis))
-    numbers = []
-    for name in ("rim_bottom", "rim_top"):
-        measure = ds(surface.groups[name][1])
-        area = integral(mesh, ufl.dot(ufl.cross(X, t), e) / 2 * measure)
-        length = integral(mesh, fem.Constant(mesh, 1.0) * measure)
-        height = integral(mesh, ufl.dot(X, e) * measure)
+    names = ("rim_bottom", "rim_top")
+    wanted = ufl.dot(ufl.cross(X, t), e) / 2, fem.Constant(mesh, 1.0), ufl.dot(X, e)
+    found = totals(mesh, together(mesh, *((f, ds(surface.groups[n][1])) for n in names for f in wanted)))
+    areas, lengths, heights = found.reshape(2, 3).T
+    for name, length in zip(names, lengths, strict=True):
         if length == 0.0:
             raise InputError(f"edge group '{name}' is empty: there is no rim to close by a plate")
-        numbers.append((height / length * axis, abs(area)))
     if not isinstance(plates.bar, bool):  # a sector has its share of the plates and of their bar
         plates = replace(plates, bar=plates.bar / surface.copies)
-    return PlateMotion(plates, np.array([c for c, _ in numbers]), np.array([a for _, a in numbers]))
+    return PlateMotion(plates, np.outer(heights / lengths, axis), np.abs(areas))
 
 
 def constraint_map(

@@ -12,8 +12,7 @@ import numpy as np
 from lobefem import _dolfinx
 
 # isort: split
-from dolfinx import fem
-from petsc4py import PETSc
+from dolfinx import fem, la
 
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import inflate
@@ -164,10 +163,9 @@ def nodal_forces(balloon, state):
     In equilibrium the forces are those of the supports.
     """
     balloon.place(state.vector())
-    r = fem.petsc.assemble_vector(balloon.forms.residual)
-    r.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
-    forces = r.array.reshape(-1, 3).copy()
-    r.destroy()
+    r = fem.assemble_vector(balloon.forms.residual)
+    r.scatter_reverse(la.InsertMode.add)
+    forces = r.array.reshape(-1, 3)[: balloon.map.owned // 3]
     return gathered(balloon.comm, nodal(balloon)[: len(forces)], forces)
 
 

@@ -1,0 +1,120 @@
+"""Matrices and vectors by DOLFINx's own storage against PETSc's, entry by entry."""
+
+import gc
+
+import dolfinx.fem.petsc
+import numpy as np
+import pytest
+import ufl
+from petsc4py import PETSc
+from states import nodes, unknowns, wavy
+
+from lobefem._assembly import NodalMatrix, NodalVector, integral, together, totals
+from lobefem.balloon import Balloon
+from lobefem.films import TensionField
+from lobefem.plates import EndPlates
+from lobefem.surface import lobed_cylinder
+
+
+def make(comm, order=1):
+    surface = lobed_cylinder(2, (3, 7), comm=comm, order=order)
+    balloon = Balloon(surface, TensionField(thickness=38.1e-6, E=2e9, nu=0.3), [EndPlates("fixed")])
+    balloon.set_loads(10.0)
+    balloon.place(unknowns(balloon, 0.01 * wavy(nodes(balloon), 1, 2.0), 0.0))
+    return balloon
+
+
+def by_petsc(form):
+    K = dolfinx.fem.petsc.assemble_matrix(form)
+    K.assemble()
+    return K
+
+
+def largest(matrix):
+    return matrix.norm(PETSc.NormType.INFINITY)
+
+
+def difference(A, B):
+    D = A.copy()
+    D.axpy(-1.0, B)
+    return largest(D) / largest(B)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_matrix_is_petsc_own(comm, order):
+    balloon = make(comm, order)
+    K, form = NodalMatrix(balloon.forms.tangent), balloon.forms.tangent
+    K.assemble(form)
+    reference = by_petsc(form)
+    assert difference(K.whole(), reference) < 1e-15
+    free = balloon.map.free[::2].copy()  # any components, not whole nodes alone
+    rows = PETSc.IS().createGeneral(
+        (3 * balloon.V.dofmap.index_map.local_range[0] + free).astype(PETSc.IntType), comm=comm
+    )
+    picked = K.picked(free)
+    assert difference(picked, reference.createSubMatrix(rows, rows)) < 1e-15
+
+
+def test_matrices_follow_what_is_assembled(comm):
+    balloon = make(comm)
+    K, form = NodalMatrix(balloon.forms.tangent), balloon.forms.tangent
+    K.assemble(form)
+    whole, picked = K.whole(), K.picked(balloon.map.free)
+    ksp = PETSc.KSP().create(comm)
+    ksp.setOperators(picked)
+    ksp.setType("preonly")
+    ksp.getPC().setType("lu")
+    ksp.getPC().setFactorSolverType("mumps")
+    x, b = picked.createVecs()
+    b.set(1.0)
+    ksp.solve(b, x)
+    balloon.set_loads(0.0)
+    K.assemble(form)
+    assert K.whole() is whole
+    assert K.picked(balloon.map.free, picked) is picked
+    assert difference(whole, by_petsc(form)) < 1e-15
+    ksp.solve(b, x)  # PETSc knows that the values are others now
+    r = b.duplicate()
+    picked.mult(x, r)
+    r.axpy(-1.0, b)
+    assert r.norm() < 1e-9 * b.norm()
+
+
+def test_a_copy_outlives_its_mesh(comm):
+    balloon = make(comm)
+    K = NodalMatrix(balloon.forms.tangent)
+    K.assemble(balloon.forms.tangent)
+    copies = [K.whole().copy(), K.picked(balloon.map.free).copy()]
+    norms = [matrix.norm() for matrix in copies]
+    del K, balloon
+    gc.collect()
+    for matrix, norm in zip(copies, norms, strict=True):
+        x, y = matrix.createVecs()
+        x.set(1.0)
+        matrix.mult(x, y)
+        assert matrix.norm() == norm
+
+
+def test_vector_is_petsc_own(comm):
+    balloon = make(comm)
+    form = balloon.forms.residual
+    reference = dolfinx.fem.petsc.assemble_vector(form)
+    reference.ghostUpdate(addv=PETSc.InsertMode.ADD, mode=PETSc.ScatterMode.REVERSE)
+    r = NodalVector(form)
+    for _ in range(2):  # in place of what was there
+        found = r.assemble(form)
+        np.testing.assert_allclose(
+            found, reference.array_r, rtol=0, atol=1e-15 * np.abs(found).max(initial=1)
+        )
+    np.testing.assert_array_equal(r.array, found)
+
+
+def test_integrals_together_are_each_alone(comm):
+    balloon = make(comm)
+    dx, ds = balloon.forms.dx, ufl.Measure("ds", domain=balloon.mesh, metadata={"quadrature_degree": 4})
+    x = ufl.SpatialCoordinate(balloon.mesh)
+    parts = [(x[2] ** 2, dx), (balloon.u[0], dx), (ufl.dot(x, x), ds), (1 + 0 * x[0], ds), (0 * x[0], dx)]
+    found = totals(balloon.mesh, together(balloon.mesh, *parts))
+    assert found.shape == (5,)
+    alone = [integral(balloon.mesh, f * measure) for f, measure in parts[:-1]]
+    np.testing.assert_allclose(found, [*alone, 0.0], rtol=1e-13, atol=1e-15)
