@@ -6,12 +6,11 @@ version number. Importing this module first also orders `mpi4py.MPI` ahead of Py
 
 from __future__ import annotations
 
-import contextlib
-import inspect
 import os
 import re
 import warnings
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -27,15 +26,41 @@ from lobefem.profiling import timed
 os.environ.setdefault("SCOTCH_DETERMINISTIC", "1")
 os.environ.setdefault("SCOTCH_PTHREAD_NUMBER", "1")
 
-with contextlib.suppress(ModuleNotFoundError):
-    # PyPI's wheel stack must be imported under this name first; Debian has no such package
-    import dolfinx_solver  # noqa: F401
+# A process that Open MPI did not start talks to nobody, but looks for fabrics for more than a second
+if "PMIX_RANK" not in os.environ:
+    os.environ.setdefault("OMPI_MCA_btl", "^ofi")
+
+
+def mixed_wheels(site: Path, petsc4py: Path) -> bool:
+    """Whether PyPI's wheel stack in a folder is mixed with another PETSc, or of both scalars.
+
+    Args:
+        site: where the packages lie.
+        petsc4py: where that package would be imported from.
+    """
+    names = {path.name.partition("-")[0] for path in site.glob("*.dist-info")}
+    others = {"petsc", "petsc4py", "slepc", "slepc4py"}
+    both = {"dolfinx_solver_real", "dolfinx_solver_complex"} <= names
+    return bool(names & others) or both or petsc4py.resolve().parent != site.resolve()
+
+
+def _check_wheels() -> None:
+    """Have PyPI's wheel stack refuse a mixture. Debian has no such package."""
+    solver, petsc4py = (find_spec(name) for name in ("dolfinx_solver", "petsc4py"))
+    places = [Path(spec.origin).parent for spec in (solver, petsc4py) if spec is not None and spec.origin]
+    if len(places) == 2 and mixed_wheels(places[0].parent, places[1]):
+        # it reads all metadata there is, which takes a tenth of a second: only where it has a word to say
+        import dolfinx_solver  # noqa: F401
+
 
 try:
+    _check_wheels()
+    from mpi4py import MPI  # noqa: F401  the wheels' libraries want it before all others
+
     with warnings.catch_warnings():  # DOLFINx 0.9 warns that it runs without numba
         warnings.filterwarnings("ignore", "Could not import numba", ImportWarning)
         import dolfinx
-    import dolfinx.fem.petsc
+    import dolfinx.fem
     from petsc4py import PETSc
 except ImportError as error:
     raise MissingDependencyError(
@@ -55,15 +80,13 @@ if np.issubdtype(PETSc.ScalarType, np.complexfloating):
     )
 
 __all__ = [
-    "assemble_matrix",
-    "create_matrix",
     "create_mesh",
-    "create_vector",
     "entity_nodes",
     "form",
     "geometry_dofmap",
     "gmshio",
     "interpolation_points",
+    "mixed_wheels",
     "shared_facet_partitioner",
 ]
 
@@ -118,27 +141,6 @@ def form(expression: Any, cache_dir: Path | None = None) -> Any:
             f"a form could not be compiled ({str(error).strip()[:300]}); lobefem needs a C compiler when it "
             "runs and a writable cache: install gcc, or set XDG_CACHE_HOME to a folder of yours"
         ) from error
-
-
-def create_vector(form: Any) -> Any:
-    """A ghosted PETSc vector for a linear form (DOLFINx 0.10 takes its function space instead)."""
-    parameter = next(iter(inspect.signature(dolfinx.fem.petsc.create_vector).parameters))
-    if parameter == "L":
-        return dolfinx.fem.petsc.create_vector(form)
-    return dolfinx.fem.petsc.create_vector(form.function_spaces[0])
-
-
-def create_matrix(form: Any) -> Any:
-    """A PETSc AIJ matrix with the sparsity of a bilinear form."""
-    return dolfinx.fem.petsc.create_matrix(form)
-
-
-def assemble_matrix(matrix: Any, form: Any) -> Any:
-    """Assemble a bilinear form into an existing matrix (overwriting it) and finish its assembly."""
-    matrix.zeroEntries()
-    dolfinx.fem.petsc.assemble_matrix(matrix, form)
-    matrix.assemble()
-    return matrix
 
 
 def interpolation_points(element: Any) -> npt.NDArray[np.float64]:

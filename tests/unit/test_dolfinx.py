@@ -41,3 +41,16 @@ def test_no_compiler_is_said_so(comm, monkeypatch):
     one = dolfinx.fem.Constant(surface.mesh, 1.0)
     with pytest.raises(MissingDependencyError, match=r"command 'gcc' failed.* install gcc"):
         _dolfinx.form(one * ufl.dx(surface.mesh))
+
+
+def test_wheels_that_do_not_go_together_are_seen(tmp_path):
+    petsc4py = tmp_path / "petsc4py"
+    for name in ("dolfinx_solver_real-0.11.0", "numpy-2.4.0", "mpi4py-4.1.1"):
+        (tmp_path / f"{name}.dist-info").mkdir()
+    assert not _dolfinx.mixed_wheels(tmp_path, petsc4py)
+    assert _dolfinx.mixed_wheels(tmp_path, tmp_path / "elsewhere" / "petsc4py")
+    for name in ("petsc-3.25.0", "slepc4py-3.25.0", "dolfinx_solver_complex-0.11.0"):
+        other = tmp_path / f"{name}.dist-info"
+        other.mkdir()
+        assert _dolfinx.mixed_wheels(tmp_path, petsc4py)
+        other.rmdir()
