@@ -9,7 +9,7 @@ export MPLBACKEND="${MPLBACKEND:-Agg}"
 # Open MPI 4 reads OMPI_MCA_*, Open MPI 5 reads PRTE_MCA_* ; MPICH reads neither.
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 export OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_hwloc_base_binding_policy=none
-if [ -z "${PMIX_RANK:-}" ]; then
+if [ -z "${PMIX_RANK:-}${PMI_RANK:-}" ]; then
     # not one of a launcher's ranks, so all is on this machine: shared memory, no complaints about its
     # network and no second spent on looking for fabrics
     export OMPI_MCA_btl="${OMPI_MCA_btl:-^tcp,ofi}"

@@ -26,8 +26,8 @@ from lobefem.profiling import timed
 os.environ.setdefault("SCOTCH_DETERMINISTIC", "1")
 os.environ.setdefault("SCOTCH_PTHREAD_NUMBER", "1")
 
-# A process that Open MPI did not start talks to nobody, but looks for fabrics for more than a second
-if "PMIX_RANK" not in os.environ:
+# A process that no launcher has started talks to nobody; Open MPI would look for fabrics for over a second
+if not {"PMIX_RANK", "PMI_RANK"} & os.environ.keys():
     os.environ.setdefault("OMPI_MCA_btl", "^ofi")
 
 
