@@ -57,7 +57,7 @@ class Band:
             return None
 
         def solve(b: Complex) -> Complex:
-            x = np.empty(self.size, dtype=complex)
+            x = np.empty(b.shape, dtype=complex)
             x[self.order] = scipy.linalg.cho_solve_banded((cholesky, True), b[self.order], check_finite=False)
             return x
 
@@ -140,16 +140,28 @@ def most_negative(A: Any, B: Any, solve: Callable[[Complex], Complex], count: in
     size = A.shape[0]
     count = min(count, size)
     if size < _DENSE or count > size - 3:
-        values, vectors = scipy.linalg.eigh(A.toarray(), B.toarray(), subset_by_index=[0, count - 1])
-        return values, vectors.astype(complex)
+        return _dense(A, B, solve, 0, count)
     operator: Any = LinearOperator((size, size), lambda x: solve(A @ x), dtype=complex)
     try:
         found, vectors = _arpack(operator, count, "SR")
     except EigenError:  # values so close together that Lanczos tells them apart slowly
-        values, vectors = scipy.linalg.eigh(A.toarray(), B.toarray(), subset_by_index=[0, count - 1])
-        return values, vectors.astype(complex)
+        return _dense(A, B, solve, 0, count)
     first = np.argsort(found.real)[:count]
     return found.real[first], vectors[:, first]
+
+
+def _dense(
+    A: Any, B: Any, solve: Callable[[Complex], Complex], first: int, last: int
+) -> tuple[Array, Complex]:
+    """Eigenpairs `first` to `last` - 1, ascending, of a Hermitian pencil A x = nu B x, by LAPACK."""
+    try:
+        values, vectors = scipy.linalg.eigh(A.toarray(), B.toarray(), subset_by_index=[first, last - 1])
+    except np.linalg.LinAlgError:
+        # where B is singular but for round-off its Cholesky can find what the banded one does not
+        values, vectors = scipy.linalg.eig(solve(A.toarray().astype(complex)))
+        order = np.argsort(values.real)[first:last]
+        values, vectors = values.real[order], vectors[:, order]
+    return values, vectors.astype(complex)
 
 
 def _largest(
@@ -158,10 +170,8 @@ def _largest(
     """Largest nu, descending, of B x = nu (A - shift B) x, both positive definite."""
     size = B.shape[0]
     if size < _DENSE or count > size - 3:
-        values, vectors = scipy.linalg.eigh(
-            B.toarray(), shifted.toarray(), subset_by_index=[size - count, size - 1]
-        )
-        return values[::-1], vectors[:, ::-1].astype(complex)
+        values, vectors = _dense(B, shifted, solve, size - count, size)
+        return values[::-1], vectors[:, ::-1]
     operator: Any = LinearOperator((size, size), lambda x: solve(B @ x), dtype=complex)
     found, vectors = _arpack(operator, count + 2, "LM")
     first = np.argsort(-found.real)[:count]

@@ -19,7 +19,7 @@ from lobefem._banded import HERMITIAN, Band, asymmetry, lowest, most_negative
 from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector, as_scipy, own_pairs
-from lobefem.errors import EigenError, InputError, LobefemError
+from lobefem.errors import EigenError, InputError
 from lobefem.harmonics import kind_of
 from lobefem.pencil import held_pencil
 from lobefem.progress import said
@@ -176,7 +176,7 @@ def solve_harmonics(
     hint = None
     for first in range(0, len(harmonics), comm.size):
         found: dict[int, OneHarmonic] = {}
-        fault: LobefemError | None = None
+        fault: Exception | None = None
         try:
             for n in harmonics[first + comm.rank : first + comm.rank + 1]:
                 if progress is not None:
@@ -184,7 +184,7 @@ def solve_harmonics(
                 found[n] = HeldPencil(sector, n, pencil).solve(count, hint)
                 # its neighbour's is not far
                 hint = found[n].pressures[0] if math.isfinite(found[n].pressures[0]) else None
-        except LobefemError as error:
+        except Exception as error:  # the others must hear of any
             fault = error
         parts = comm.allgather((found, fault))
         for _, failure in parts:

@@ -12,7 +12,6 @@ import scipy.sparse as sp
 
 from lobefem._banded import asymmetry, lowest
 from lobefem.cyclic import Sector, as_scipy, own_pairs
-from lobefem.errors import LobefemError
 
 __all__ = ["SectorMode", "mass_matrix", "modes_of_harmonics"]
 
@@ -62,11 +61,11 @@ def modes_of_harmonics(
     balloon = sector.balloon
     K, M = as_scipy(balloon.tangent(q)), mass_matrix(sector, q, mass)
     found: list[_Raw] = []
-    fault: LobefemError | None = None
+    fault: Exception | None = None
     try:
         mine = list(harmonics)[comm.rank :: comm.size]
         found = [_Raw.solve(sector, K, M, n, count, scale) for n in mine]
-    except LobefemError as error:
+    except Exception as error:  # the others must hear of any
         fault = error
     parts = comm.allgather(([(v, one.copies) for one in found for v in one.values.real], fault))
     for _, failure in parts:

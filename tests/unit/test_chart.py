@@ -5,13 +5,17 @@ import math
 
 import numpy as np
 import pytest
+import scipy.linalg
+import scipy.sparse as sp
 
 from lobefem import _dolfinx  # noqa: F401
+from lobefem._banded import Band, lowest, most_negative
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
-from lobefem.chart import HeldPencil, harmonic_chart, stable_below
+from lobefem.chart import HeldPencil, OneHarmonic, harmonic_chart, stable_below
 from lobefem.critical import critical_pressure
 from lobefem.cyclic import Sector
+from lobefem.design import Design
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic
 from lobefem.loads import GasPressure
@@ -99,3 +103,59 @@ def test_a_pressure_just_beyond_the_limit_is_none(load, lobes, n):
     for share, expected in ((0.999, math.inf), (0.92, math.inf), (1.001, found)):
         pencil.limit = share * found
         assert pencil.solve().pressures == (pytest.approx(expected, rel=1e-9),)
+
+
+def test_any_fault_on_one_rank_ends_all(comm, monkeypatch):
+    """Each rank solves harmonics of its own: the others would wait for one that is lost."""
+    balloon = build(FixedWrinkles(), divisions=(4, 8))
+
+    def solve(self, count, hint):
+        if self._harmonic % comm.size == comm.size - 1:
+            raise ZeroDivisionError("lost")
+        return OneHarmonic((1.0,), None, math.nan)
+
+    monkeypatch.setattr(HeldPencil, "solve", solve)
+    with pytest.raises(ZeroDivisionError, match="lost"):
+        harmonic_chart(balloon, range(2 * comm.size))
+
+
+def test_small_pencils_that_round_off_makes_singular(monkeypatch):
+    """LAPACK's dense Cholesky can refuse what its banded one takes; the answer is the same without it."""
+    rng = np.random.default_rng(1)
+    X, Y = (rng.normal(size=(12, 12)) + 1j * rng.normal(size=(12, 12)) for _ in range(2))
+    A, B = (sp.csr_matrix(Z @ Z.conj().T + np.eye(12)) for Z in (X, Y))
+    G = sp.csr_matrix(X + X.conj().T)
+    band = Band(abs(A) + abs(B))
+    solve = band.factor(band.pack(B))
+
+    def found():
+        return lowest(A, B, 3, 1e-3)[:2], most_negative(G, B, solve, 3)
+
+    expected = found()
+
+    def refuse(*args, **options):
+        raise np.linalg.LinAlgError("not positive definite")
+
+    monkeypatch.setattr(scipy.linalg, "eigh", refuse)
+    for (values, vectors), (other, _), K in zip(found(), expected, (A, G), strict=True):
+        np.testing.assert_allclose(values, other, rtol=1e-10)
+        np.testing.assert_allclose(K @ vectors, B @ vectors * values, atol=1e-9 * abs(K).max())
+
+
+def test_a_tiny_balloon_that_may_tilt(comm):
+    """A pinned stack's tilt is a zero mode: nothing but round-off is left of one harmonic's stiffness."""
+    tables = {
+        "shape": {"edge_radius": 0.00013428566685708826, "truncation": 0.27455994568654496},
+        "mesh": {"divisions": [4, 6]},
+        "film": {"law": "isotropic", "E": 1e6, "nu": 0, "thickness": 1.3428566685708828e-07},
+        "hoops": {"EA": 1.8032640323252896e-05},
+        "plates": {"support": "pinned"},
+    }
+    pressures = []
+    for size in (1.0, 100.0):
+        tables["shape"]["edge_radius"] *= size
+        tables["film"]["thickness"] *= size
+        tables["hoops"]["EA"] *= size**2
+        design = Design.parse(tables)
+        pressures.append(harmonic_chart(design.balloon(design.surface(comm), prestressed=True)).pressures)
+    np.testing.assert_allclose(*pressures, rtol=1e-5, atol=1e-6)
