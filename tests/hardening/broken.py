@@ -10,6 +10,7 @@ import io
 import json
 import math
 import os
+import re
 import sys
 import tempfile
 from contextlib import contextmanager
@@ -365,9 +366,9 @@ def fault(code, out, err):
         return "" if "Traceback" not in err and "rror:" not in err else "ended well with an error on stderr"
     if code not in (2, 3):
         return f"exit code {code}"
-    words = "".join(
-        line + "\n" for line in err.split("\n") if line and not line.startswith("lobefem: warning: ")
-    )
+    # a long run says every ten seconds how far it is
+    besides = re.compile(r"lobefem: (warning: |\[\d+ s\] )")
+    words = "".join(line + "\n" for line in err.split("\n") if line and not besides.match(line))
     wrong = fault_of_sentence(words)
     if wrong:
         return f"the sentence {wrong}"
