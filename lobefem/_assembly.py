@@ -89,7 +89,9 @@ class NodalMatrix:
     def __init__(self, form: Any) -> None:
         self._csr = csr = fem.create_matrix(form, la.BlockMode.expanded)
         index_map = csr.index_map(0)  # of components, not of nodes
-        self.comm, self._rows, self._first = index_map.comm, index_map.size_local, index_map.local_range[0]
+        self._rows, self._first = index_map.size_local, index_map.local_range[0]
+        # the one under which `_petsc.tidy` looks for what is to be freed
+        self.comm = form.mesh.comm
         self._whole: Any = None
 
     def assemble(self, form: Any) -> None:

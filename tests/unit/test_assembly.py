@@ -6,6 +6,7 @@ import dolfinx.fem.petsc
 import numpy as np
 import pytest
 import ufl
+from mpi4py import MPI
 from petsc4py import PETSc
 from states import nodes, unknowns, wavy
 
@@ -118,3 +119,13 @@ def test_integrals_together_are_each_alone(comm):
     assert found.shape == (5,)
     alone = [integral(balloon.mesh, f * measure) for f, measure in parts[:-1]]
     np.testing.assert_allclose(found, [*alone, 0.0], rtol=1e-13, atol=1e-15)
+
+
+def test_matrices_are_under_the_meshs_communicator(comm):
+    """There `_petsc.tidy` frees them, and with them the communicators of their storage."""
+    balloon = make(comm)
+    K = NodalMatrix(balloon.forms.tangent)
+    K.assemble(balloon.forms.tangent)
+    other = PETSc.Vec().create(balloon.mesh.comm)
+    for matrix in (K.whole(), K.picked(balloon.map.free)):
+        assert MPI.Comm.Compare(matrix.comm.tompi4py(), other.comm.tompi4py()) == MPI.IDENT
