@@ -152,6 +152,7 @@ class NodalMatrix:
             matrix.setSizes(sizes)
             matrix.setType(PETSc.Mat.Type.AIJ)
             matrix.setPreallocationCOO(to_rows[kept], columns[kept])
+            entries = None, None, values
         else:
             matrix.createAIJ(sizes, csr=entries, comm=lender.comm)
         lender.destroy()
