@@ -119,6 +119,10 @@ def medians(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
         profiles = [record["profile"] for record in group if "profile" in record]
         if profiles:
             row["over_floor"] = median(profile["solve"] / profile["floor"] for profile in profiles)
+            row["stages"] = {
+                name: median(profile["stages"][name]["seconds"] for profile in profiles)
+                for name in profiles[0]["stages"]
+            }
         result.append(row)
     return result
 

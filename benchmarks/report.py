@@ -6,10 +6,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
-__all__ = ["exponent", "write_report"]
+__all__ = ["NOTE", "as_markdown", "exponent", "figure", "stages_as_markdown", "write_report"]
 
 Row = dict[str, Any]
+_HEAD = (
+    "mesh", "unknowns", "program", "seconds", "ratio", "CPU s", "MB", "iterations", "errors of V, u", "note",
+)  # fmt: skip
+NOTE = """Ratio: time over lobefem's. Errors are relative, to the answers on which the programs agree; a time
+counts where the volume is right to 1e-7 and the largest displacement to 1e-5. MB: peak of the
+largest process. lobefem's note: its solve over the floor, factorisations and triangular solves."""
 
 
 def exponent(rows: list[Row]) -> float | None:
@@ -29,40 +36,38 @@ def write_report(folder: Path, rows: list[Row], first: list[Row]) -> None:
         rows: the medians.
         first: the runs before all others, in which lobefem compiles its forms.
     """
-    lines = []
+    parts = []
     for case in dict.fromkeys(row["case"] for row in rows):
-        lines += [f"### {case.capitalize()}", ""]
-        head = (
-            "mesh",
-            "unknowns",
-            "program",
-            "seconds",
-            "ratio",
-            "CPU s",
-            "MB",
-            "iterations",
-            "errors of V, u",
-            "note",
-        )
-        lines += ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
-        lines += [_line(row, rows) for row in rows if row["case"] == case]
-        lines.append("")
-        for program in dict.fromkeys(row["program"] for row in rows):
-            of = [row for row in rows if (row["case"], row["program"]) == (case, program)]
-            if (b := exponent(of)) is not None:
-                lines.append(f"{program}: time grows as unknowns^{b:.2f}.")
-        lines.append("")
-    lines += [_compiled(row) for row in first if row.get("profile")]
-    lines += [
-        "Ratio: time over lobefem's. Errors are relative, to the answers on which the programs agree; a time",
-        "counts where the volume is right to 1e-7 and the largest displacement to 1e-5. MB: peak of the",
-        "largest process. lobefem's note: its solve over the floor, factorisations and triangular solves.",
-        "",
-        "![time against unknowns](scaling.png)",
-        "",
-    ]
-    (folder / "results.md").write_text("\n".join(lines), encoding="utf-8")
-    _figure(folder / "scaling.png", rows)
+        parts += [f"### {case.capitalize()}", "", as_markdown(case, rows)]
+    parts += [_compiled(row) for row in first if row.get("profile")]
+    parts += [NOTE, "", "![time against unknowns](scaling.png)", ""]
+    (folder / "results.md").write_text("\n".join(parts), encoding="utf-8")
+    figure(rows).savefig(folder / "scaling.png", dpi=120)
+
+
+def as_markdown(case: str, rows: list[Row]) -> str:
+    """The table of one case, and how each program's time grows."""
+    lines = ["| " + " | ".join(_HEAD) + " |", "|" + " --- |" * len(_HEAD)]
+    lines += [_line(row, rows) for row in rows if row["case"] == case]
+    grows = []
+    for program in dict.fromkeys(row["program"] for row in rows):
+        of = [row for row in rows if (row["case"], row["program"]) == (case, program)]
+        if (b := exponent(of)) is not None:
+            grows.append(f"{program} {b:.2f}")
+    if grows:
+        lines += ["", f"Time grows as a power of the unknowns: {', '.join(grows)}."]
+    lines.append("")
+    return "\n".join(lines)
+
+
+def stages_as_markdown(case: str, rows: list[Row]) -> str:
+    """Where lobefem's time goes in one case: seconds a stage, the stages that take any."""
+    of = [row for row in rows if row["case"] == case and row["right"] and row.get("stages")]
+    seconds = {name: [row["stages"][name] for row in of] for name in (of[0]["stages"] if of else ())}
+    head = ["", *("{}x{}".format(*row["divisions"]) for row in of)]
+    lines = [head, ["---"] * len(head)]
+    lines += [[name, *(f"{t:.3f}" for t in ts)] for name, ts in seconds.items() if max(ts) >= 0.005]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines) + "\n"
 
 
 def _compiled(row: Row) -> str:
@@ -102,29 +107,23 @@ def _line(row: Row, rows: list[Row]) -> str:
     return "| " + " | ".join(map(str, cells)) + " |"
 
 
-def _figure(path: Path, rows: list[Row]) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
+def figure(rows: list[Row]) -> Figure:
+    """Time against unknowns, logarithmic, a panel a case."""
     cases = list(dict.fromkeys(row["case"] for row in rows))
-    figure, axes = plt.subplots(1, len(cases), figsize=(5 * len(cases), 4), sharey=True, squeeze=False)
-    for ax, case in zip(axes[0], cases, strict=True):
+    result = Figure(figsize=(5 * len(cases), 4), layout="constrained")
+    panels = result.subplots(1, len(cases), sharey=True, squeeze=False)[0]
+    for ax, case in zip(panels, cases, strict=True):
         for k, program in enumerate(dict.fromkeys(row["program"] for row in rows)):
             of = [r for r in rows if (r["case"], r["program"], r["right"]) == (case, program, True)]
             if not of:
                 continue
             b = exponent(of)
             label = program if b is None else f"{program}, exponent {b:.2f}"
-            ax.loglog(
-                [r["unknowns"] for r in of], [r["seconds"] for r in of], "os^Dv"[k % 5] + "-", label=label
-            )
+            unknowns, seconds = ([r[key] for r in of] for key in ("unknowns", "seconds"))
+            ax.loglog(unknowns, seconds, "os^Dv"[k % 5] + "-", label=label)
         ax.set_title(case)
         ax.set_xlabel("unknowns")
         ax.grid(alpha=0.3, which="both")
         ax.legend(fontsize=8)
-    axes[0][0].set_ylabel("whole process [s]")
-    figure.tight_layout()
-    figure.savefig(path, dpi=120)
-    plt.close(figure)
+    panels[0].set_ylabel("whole process [s]")
+    return result

@@ -1,4 +1,4 @@
-"""The tables and plots of the pages *Validation*, *Scaling* and *Which stacks come back*.
+"""The tables and plots of the pages *Validation*, *Speed*, *Scaling* and *Which stacks come back*.
 
     python docs/generate.py            into docs/_generated, about a minute
     python docs/generate.py --quick    on coarse meshes, to test this script
@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 # isort: split
 from parts.common import ROOT
 from parts.critical import crossings, formed_lobes, isotropic_stack, mesh_studies, one_sided
-from parts.measured import RETURNS, returns, scaling
+from parts.measured import COMPARED, RETURNS, programs, returns, scaling
 from parts.validation import (
     closed_forms,
     common_problem,
@@ -49,6 +49,7 @@ def key(quick: bool) -> str:
         *sorted((ROOT / "tests/analytic").glob("*.py")),
         *sorted((ROOT / "benchmarks").glob("*.py")),
         ROOT / "benchmarks/results/scaling.json",
+        COMPARED,
         ROOT / "demos/load_path.py",
         ROOT / "demos/table2.py",
         ROOT / "demos/table2_shown.py",
@@ -76,6 +77,7 @@ def generate(out: Path, *, quick: bool = False, say: Any = lambda text: None) ->
         "isotropic_stack": lambda: isotropic_stack(quick),
         "formed_lobes": lambda: formed_lobes(quick),
         "pressurisation": lambda: pressurisation(quick),
+        "programs": lambda: programs(out),
         "scaling": lambda: scaling(out),
         "returns": lambda: returns(out),
         "suite": suite,

@@ -1,4 +1,4 @@
-"""The pages *Scaling* and *Which stacks come back*, from what was measured before."""
+"""The pages *Speed*, *Scaling* and *Which stacks come back*, from what was measured before."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from pathlib import Path
 from lobefem import Isotensoid
 from parts.common import ROOT, borrowed, table
 
-__all__ = ["RETURNS", "returns", "scaling"]
+__all__ = ["COMPARED", "RETURNS", "programs", "returns", "scaling"]
 
 RETURNS = ROOT / "docs/data/table2.json"
+COMPARED = ROOT / "benchmarks/results/compare.json"
 
 
 def scaling(out: Path) -> dict[str, str]:
@@ -31,6 +32,20 @@ def scaling(out: Path) -> dict[str, str]:
         "scaling_check": cost_model.check(model, records),
         "scaling_predictions": cost_model.predictions(model),
         "scaling_limits": cost_model.limits(model),
+    }
+
+
+def programs(out: Path) -> dict[str, str]:
+    """The medians of benchmarks/compare.py."""
+    sys.path.append(str(ROOT))
+    from benchmarks import report
+
+    rows = json.loads(COMPARED.read_text(encoding="utf-8"))["rows"]
+    report.figure(rows).savefig(out / "programs.png", dpi=150)
+    cases = dict.fromkeys(row["case"] for row in rows)
+    return {f"programs_{case}": report.as_markdown(case, rows) for case in cases} | {
+        "programs_note": report.NOTE + "\n",
+        "programs_stages": report.stages_as_markdown("wrinkled", rows),
     }
 
 
