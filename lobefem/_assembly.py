@@ -139,7 +139,7 @@ class NodalMatrix:
         pointers = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
         places = None if kept.all() else np.flatnonzero(kept)
         values = csr.data[: len(row)] if places is None else np.empty(len(places))
-        entries = pointers, columns[kept], values
+        entries: Any = pointers, columns[kept], values
         # PETSc's own communicator: the mesh's ends with the mesh, and copies of the matrix may live longer
         lender: Any = PETSc.IS()
         lender.createStride(0, comm=self.comm)
