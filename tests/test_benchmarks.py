@@ -87,7 +87,7 @@ def test_the_report(tmp_path):
     text = (tmp_path / "results.md").read_text()
     assert re.search(r"\| 24x32 \| 2208 \| NGSolve \| \d+\.\d+ \| 3.00 \|", text)
     assert re.search(r"\| Kratos \|  \|  .* no answer \|", text)
-    assert "lobefem: time grows as unknowns^1.50" in text
+    assert "Time grows as a power of the unknowns: lobefem 1.50" in text
     assert "the first run, taut, took 31.4 s" in text
     assert (tmp_path / "scaling.png").stat().st_size > 1000
 

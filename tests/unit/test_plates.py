@@ -8,6 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from lobefem.errors import InputError
 from lobefem.plates import EndPlates, PlateLoad, PlateMotion, rotation
+from lobefem.supports import plate_motion
+from lobefem.surface import lobed_cylinder
 
 H = 1e-3
 
@@ -224,3 +226,12 @@ def test_a_turn_beyond_a_whole_one(length):
             after, before = rotation(theta + e), rotation(theta - e)
             np.testing.assert_allclose((after[0] - before[0]) / (2 * h), dR[i], atol=1e-8)
             np.testing.assert_allclose((after[1] - before[1]) / (2 * h), d2R[i], atol=1e-8)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_plates_lie_in_the_planes_of_their_rims(comm, order):
+    """On curved edges the mean height is that only where it and the length have one quadrature rule."""
+    surface = lobed_cylinder(3, (3, 7), order=order, comm=comm)
+    motion = plate_motion(surface, EndPlates())
+    expected = [[0.0, 0.0, 0.0], [0.0, 0.0, 3 * surface.shape.height]]
+    np.testing.assert_allclose(motion.centres, expected, rtol=1e-14, atol=1e-13)
