@@ -17,6 +17,7 @@ from lobefem.errors import InputError
 
 __all__ = [
     "check_file",
+    "on_all",
     "on_root",
     "plain",
     "replace",
@@ -145,3 +146,17 @@ def on_root[T](comm: Any, path: Path, action: Callable[[], T]) -> T:
     if why:
         raise bug or RuntimeError(f"rank 0 failed: {why}")
     return result  # type: ignore[return-value]
+
+
+def on_all[T](comm: Any, action: Callable[[], T]) -> list[T]:
+    """Do something on each rank by itself and give all results, or a rank's error, to all. Collective."""
+    result, fault = None, None
+    try:
+        result = action()
+    except Exception as error:  # of any kind: no rank is left waiting
+        fault = error
+    parts = comm.allgather((result, fault))
+    for _, failure in parts:
+        if failure is not None:
+            raise failure
+    return [part for part, _ in parts]

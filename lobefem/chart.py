@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem._banded import HERMITIAN, Band, asymmetry, lowest, most_negative
+from lobefem._files import on_all
 from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector, as_scipy, own_pairs
@@ -175,22 +176,17 @@ def solve_harmonics(
     table: dict[int, OneHarmonic] = {}
     hint = None
     for first in range(0, len(harmonics), comm.size):
-        found: dict[int, OneHarmonic] = {}
-        fault: Exception | None = None
-        try:
-            for n in harmonics[first + comm.rank : first + comm.rank + 1]:
-                if progress is not None:
-                    progress(said(f"critical pressure of harmonic {n}", first / len(harmonics)))
-                found[n] = HeldPencil(sector, n, pencil).solve(count, hint)
-                # its neighbour's is not far
-                hint = found[n].pressures[0] if math.isfinite(found[n].pressures[0]) else None
-        except Exception as error:  # the others must hear of any
-            fault = error
-        parts = comm.allgather((found, fault))
-        for _, failure in parts:
-            if failure is not None:
-                raise failure
-        new = {n: one for part, _ in parts for n, one in part.items()}
+        mine = harmonics[first + comm.rank : first + comm.rank + 1]
+        if progress is not None and mine:
+            progress(said(f"critical pressure of harmonic {mine[0]}", first / len(harmonics)))
+
+        def solve(mine: Sequence[int] = mine, hint: float | None = hint) -> dict[int, OneHarmonic]:
+            return {n: HeldPencil(sector, n, pencil).solve(count, hint) for n in mine}
+
+        parts = on_all(comm, solve)
+        for one in parts[comm.rank].values():  # its neighbour's is not far
+            hint = one.pressures[0] if math.isfinite(one.pressures[0]) else None
+        new = {n: one for part in parts for n, one in part.items()}
         table |= new
         if each is not None:
             each(new)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from lobefem._banded import asymmetry, lowest
+from lobefem._files import on_all
 from lobefem.cyclic import Sector, as_scipy, own_pairs
 
 __all__ = ["SectorMode", "mass_matrix", "modes_of_harmonics"]
@@ -61,17 +62,15 @@ def modes_of_harmonics(
     balloon = sector.balloon
     K, M = as_scipy(balloon.tangent(q)), mass_matrix(sector, q, mass)
     found: list[_Raw] = []
-    fault: Exception | None = None
-    try:
-        mine = list(harmonics)[comm.rank :: comm.size]
-        found = [_Raw.solve(sector, K, M, n, count, scale) for n in mine]
-    except Exception as error:  # the others must hear of any
-        fault = error
-    parts = comm.allgather(([(v, one.copies) for one in found for v in one.values.real], fault))
-    for _, failure in parts:
-        if failure is not None:
-            raise failure
-    everything = sorted(v for values, _ in parts for v, copies in values for _ in range(copies))
+
+    def solve() -> list[tuple[float, int]]:
+        found.extend(
+            _Raw.solve(sector, K, M, n, count, scale) for n in list(harmonics)[comm.rank :: comm.size]
+        )
+        return [(v, one.copies) for one in found for v in one.values.real]
+
+    parts = on_all(comm, solve)
+    everything = sorted(v for values in parts for v, copies in values for _ in range(copies))
     last = everything[min(count, len(everything)) - 1]
     last += 1e-6 * abs(last - everything[0])
     own = [one.mode(sector, q, int(k)) for one in found for k in np.flatnonzero(one.values.real <= last)]

@@ -92,8 +92,6 @@ def test_cells_turned_or_left_out_at_random(comm, some, turned):
 
 
 def test_a_third_cell_at_an_edge_is_refused(comm):
-    if comm.size > 1:
-        pytest.skip("DOLFINx itself cannot distribute such a mesh")
     with pytest.raises(InputError, match="edges of more than two cells"):
         balloon(tube(comm, lambda cells: np.concatenate([cells, [[0, 1, RINGS * AROUND + 2]]])))
 
