@@ -216,7 +216,7 @@ def modes(run: Run) -> Table | None:
         for entry in _entries(run)
         for k, mode in enumerate(_dicts(entry.get("modes")), 1)
     )
-    head = ("pressure [Pa]", "mode", f"real part [{unit}]", "imaginary part", "n", "kind", "residual")
+    head = ("pressure [Pa]", "mode", f"real [{unit}]", f"imaginary [{unit}]", "n", "kind", "residual")
     return Table("Eigenvalues: a negative real part means unstable", head, rows) if rows else None
 
 
