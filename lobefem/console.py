@@ -178,7 +178,9 @@ def _inflate_table(results: dict[str, Any]) -> Any:
 
 def _modes_table(results: dict[str, Any]) -> Any:
     unit = "Pa/m" if results["mass"] == "unit" else "N/m"
-    table = _table("pressure [Pa]", "mode", f"real [{unit}]", f"imag [{unit}]", "harmonic", "kind", "residual")
+    table = _table(
+        "pressure [Pa]", "mode", f"real [{unit}]", f"imag [{unit}]", "harmonic", "kind", "residual"
+    )
     for entry in results["pressures"]:
         for k, mode in enumerate(entry["modes"], 1):
             table.add_row(

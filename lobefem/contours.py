@@ -72,7 +72,7 @@ def horizontal_displacements(
     cell = width / len(shapes)
     with rc_context(STYLE):
         figure = Figure(
-            figsize=(width * MM, (cell * (high - low) / (2 * reach) + (17 if title else 14)) * MM),
+            figsize=(width * MM, (cell * (high - low) / (2 * reach) + (19 if title else 14)) * MM),
             layout="constrained",
         )
         FigureCanvasAgg(figure)
@@ -105,5 +105,6 @@ def horizontal_displacements(
         )
         bar.set_label("horizontal displacement [m]")
         if title:
-            figure.suptitle(title, fontsize=7.5)
+            # what leaves room below it: the layout puts it right on the captions
+            figure.suptitle(f"{title}\n", fontsize=7.5, linespacing=0.6)
     return figure

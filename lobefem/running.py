@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Interrupted", "loudness", "one_line", "printable", "run_task"]
 
+_MOST = 600  # letters of a sentence
+
 
 class Interrupted(Exception):  # noqa: N818  no error
     """KeyboardInterrupt, which versions of typer each turn into something else."""
@@ -167,8 +169,9 @@ def _warn(warnings: list[str], unused: list[str], versions: dict[str, Any], fold
 
 
 def one_line(words: object) -> str:
-    """Words on one line, safe to print."""
-    return printable(" ".join(str(words).split()))
+    """Words on one line, safe to print; of endless ones their beginning and end."""
+    line = printable(" ".join(str(words).split()))
+    return line if len(line) <= _MOST else f"{line[: _MOST - 200]} ... {line[-150:]}"
 
 
 def printable(words: object) -> str:

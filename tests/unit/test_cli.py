@@ -461,3 +461,12 @@ def test_a_rank_alone_with_its_failure_speaks_and_aborts_all(capfd):
     with pytest.raises(SystemExit, match="aborted with 1"):
         ranks.end(1, "lobefem: internal error", patience=0.01)
     assert capfd.readouterr().err == "lobefem: internal error (rank 1)\n"
+
+
+def test_endless_words_are_not_repeated_whole(capfd, comm):
+    assert cli.main(["inflate", SINGLE, "9" * 5000]) == 2
+    words = capfd.readouterr().err
+    if comm.rank == 0:
+        assert words.startswith("lobefem: Got unexpected extra argument")
+        assert words.endswith("; see lobefem inflate --help\n")
+        assert len(words) < 700
