@@ -125,8 +125,12 @@ def user_options(text: str) -> Iterator[Callable[[], list[str]]]:
         database.insertString(text)
         added = sorted(set(database.getAll()) - set(before))
         yield lambda: _unread(database, added)
-    except PETSc.Error as error:
-        reason = str(error).splitlines()[-1].partition("] ")[2] or str(error)
+    except (PETSc.Error, SystemError) as error:
+        # slepc4py calls back into Python for the error's trace and then hands it on as the cause
+        failure = error if isinstance(error, PETSc.Error) else error.__cause__
+        if not isinstance(failure, PETSc.Error):
+            raise
+        reason = str(failure).splitlines()[-1].partition("] ")[2] or str(failure)
         if text:
             raise InputError(f"--petsc: PETSc refuses {text!r} ({reason}); see its manual") from error
         raise SolveError(f"PETSc failed ({reason}); try another mesh or pressure") from error

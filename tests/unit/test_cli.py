@@ -174,6 +174,8 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
         (("modes", SINGLE, "--count", "9" * 5000), "is impossible; give an integer, 1 or more"),
         (("inflate", SINGLE, *COARSE, "--petsc", "-lobefem_inflate_snes_type foo"),
          "--petsc: PETSc refuses '-lobefem_inflate_snes_type foo' (Unable to find requested SNES type foo)"),
+        (("modes", SINGLE, *COARSE, "--petsc", "-lobefem_modes_eps_nev -3"),
+         "--petsc: PETSc refuses '-lobefem_modes_eps_nev -3' (Illegal value of nev. Must be > 0)"),
         (("inflate", "/dev/zero"), "/dev/zero is no TOML (more than 50000 bytes)"),
         (("inflate", SINGLE, *COARSE, "--json", "/dev/full"), "'/dev/full': No space left on device"),
         (("inflate", "a\nb\x1b.toml"), "there is no design file 'a\\nb\\x1b.toml'"),
