@@ -6,6 +6,7 @@ entry into PETSc's matrices takes twice as long.
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,12 @@ from dolfinx import fem, la
 from mpi4py import MPI
 from petsc4py import PETSc
 
-__all__ = ["NodalMatrix", "NodalVector", "integral", "together", "total", "totals"]
+__all__ = ["NodalMatrix", "NodalVector", "PickedMatrix", "integral", "together", "total", "totals"]
 
 Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+_AT_ONCE = 8192  # blocks whose entries fit into a core's own cache
 
 
 def integral(mesh: Any, expression: Any) -> float:
@@ -80,19 +84,24 @@ class NodalVector:
 
 
 class NodalMatrix:
-    """A bilinear form's matrix of one space.
+    """A bilinear form's matrix of one space: a 3 x 3 block for each pair of nodes with a common cell.
 
     Args:
         form: compiled; any other one on its space can be assembled.
+
+    Attributes:
+        comm: communicator of the mesh.
+        nodes: that this rank owns.
+        first: number of the first of them among those of all ranks.
     """
 
     def __init__(self, form: Any) -> None:
-        self._csr = csr = fem.create_matrix(form, la.BlockMode.expanded)
-        index_map = csr.index_map(0)  # of components, not of nodes
-        self._rows, self._first = index_map.size_local, index_map.local_range[0]
+        self._csr = fem.create_matrix(form, la.BlockMode.compact)
+        nodes = self._csr.index_map(0)
+        self.nodes, self.first = nodes.size_local, nodes.local_range[0]
         # the one under which `_petsc.tidy` looks for what is to be freed
         self.comm = form.mesh.comm
-        self._whole: Any = None
+        self._whole: PickedMatrix | None = None
 
     def assemble(self, form: Any) -> None:
         """Assemble a form in place of what was there. Collective."""
@@ -100,75 +109,159 @@ class NodalMatrix:
         fem.assemble_matrix(self._csr, form)
         self._csr.scatter_reverse()
 
+    @property
+    def blocks(self) -> Array:
+        """Those of this rank's rows (blocks, 3, 3), row by row."""
+        return self._csr.data[: 9 * self._csr.indptr[self.nodes]].reshape(-1, 3, 3)
+
+    @cached_property
+    def rows(self) -> npt.NDArray[np.int64]:
+        """Row of each block: a node of this rank (blocks,)."""
+        return np.repeat(np.arange(self.nodes), np.diff(self._csr.indptr[: self.nodes + 1]))
+
+    @property
+    def columns(self) -> npt.NDArray[np.int32]:
+        """Column of each block, ascending in its row: first the nodes of this rank, then others (blocks,)."""
+        return self._csr.indices[: self._csr.indptr[self.nodes]]
+
+    def at_columns(self, values: npt.NDArray[Any]) -> Array:
+        """Values of all columns (columns, n) from those at the nodes of each rank (nodes, n). Collective."""
+        width = values.shape[1]
+        spread = la.vector(self._csr.index_map(1), width, dtype=np.float64)
+        spread.array[: width * self.nodes] = values.ravel()
+        spread.scatter_forward()
+        return spread.array.reshape(-1, width)
+
     def whole(self) -> Any:
         """All of it as a PETSc matrix, overwritten by the next call. Collective."""
         if self._whole is None:
-            self._whole = self._create(self._first + np.arange(self._rows), self._rows)
-        return self._fill(self._whole)
+            components = np.arange(3 * self.nodes)
+            self._whole = PickedMatrix(self, 3 * self.first + components, len(components))
+        return self._whole.fill(self)
 
-    def picked(self, free: npt.NDArray[np.int32], result: Any = None) -> Any:
-        """The rows and columns of some components as a PETSc matrix. Collective.
 
-        Args:
-            free: ascending numbers of the components that this rank owns and keeps.
-            result: of an earlier call with the same ones, overwritten.
-        """
-        if result is None:
-            numbers = np.full(self._rows, -1)
-            numbers[free] = (self.comm.exscan(free.size) or 0) + np.arange(free.size)
-            result = self._create(numbers, free.size)
-        return self._fill(result)
+class PickedMatrix:
+    """Rows and columns of some components of a nodal matrix as a PETSc matrix, and further entries.
 
-    def _create(self, numbers: npt.NDArray[np.int64], size: int) -> Any:
-        """A PETSc matrix of some rows and columns.
+    PETSc works with the very arrays that are filled here.
 
-        Args:
-            numbers: ascending in that matrix, of each component that this rank owns; -1 of those left out.
-            size: its rows on this rank.
-        """
-        csr = self._csr
-        at_columns = la.vector(csr.index_map(1), 1, dtype=np.float64)  # exact up to 2^53
-        at_columns.array[: self._rows] = numbers
-        at_columns.scatter_forward()
-        counts = np.diff(csr.indptr[: self._rows + 1])
-        row = np.repeat(np.arange(self._rows), counts)
-        columns = at_columns.array.astype(PETSc.IntType)[csr.indices[: len(row)]]
-        to_rows = numbers[row].astype(PETSc.IntType)
-        kept = (to_rows >= 0) & (columns >= 0)
-        counts = np.bincount(row[kept], minlength=self._rows)[numbers >= 0]
-        pointers = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
-        places = None if kept.all() else np.flatnonzero(kept)
-        values = csr.data[: len(row)] if places is None else np.empty(len(places))
-        entries: Any = pointers, columns[kept], values
+    Args:
+        nodal: the matrix to pick from, or one of the same pattern.
+        numbers: of each component of this rank's nodes in the PETSc matrix, ascending, the first rows of
+            this rank; -1 for those that are left out.
+        size: rows of the PETSc matrix on this rank.
+        further: rows on this rank and columns (entries,) of further entries, by row and column; in its row
+            each comes after all that is picked.
+
+    Attributes:
+        matrix: of PETSc.
+
+    Collective.
+    """
+
+    def __init__(
+        self,
+        nodal: NodalMatrix,
+        numbers: Integers,
+        size: int,
+        further: tuple[Integers, Integers] = (np.empty(0, np.int64), np.empty(0, np.int64)),
+    ) -> None:
+        comm = nodal.comm
+        first = comm.exscan(size) or 0
+        numbers = numbers.reshape(-1, 3)
+        of_columns = nodal.at_columns(numbers).astype(np.int64)  # floating point is exact up to 2^53
+        chosen = (numbers.max(axis=1) >= 0)[nodal.rows] & (of_columns.max(axis=1) >= 0)[nodal.columns]
+        here = nodal.columns < nodal.nodes
+        further_here = (further[1] >= first) & (further[1] < first + size)
+        self._parts = []
+        for within in (True, False) if comm.size > 1 else (True,):
+            blocks, mine = np.flatnonzero(chosen & (here == within)), np.flatnonzero(further_here == within)
+            if not within:  # nodes of other ranks come in any order
+                column = of_columns.max(axis=1)[nodal.columns[blocks]]
+                blocks = blocks[np.lexsort((column, nodal.rows[blocks]))]
+            part = _Part(nodal, blocks, numbers, of_columns, size, (further[0][mine], further[1][mine]))
+            part.which = mine
+            if within:
+                part.columns -= first
+            self._parts.append(part)
+        self.matrix: Any = PETSc.Mat()
+        csr = tuple((part.pointers, part.columns, part.values) for part in self._parts)
         # PETSc's own communicator: the mesh's ends with the mesh, and copies of the matrix may live longer
         lender: Any = PETSc.IS()
-        lender.createStride(0, comm=self.comm)
-        matrix: Any = PETSc.Mat()
+        lender.createStride(0, comm=comm)
         sizes = ((size, None), (size, None))
-        if self.comm.size == 1:  # PETSc works with these very arrays
-            matrix.createAIJWithArrays(sizes, entries, comm=lender.comm)
-        elif hasattr(matrix, "setPreallocationCOO"):  # petsc4py 3.23: faster than row by row
-            matrix.create(lender.comm)
-            matrix.setSizes(sizes)
-            matrix.setType(PETSc.Mat.Type.AIJ)
-            matrix.setPreallocationCOO(to_rows[kept], columns[kept])
-            entries = None, None, values
-        else:
-            matrix.createAIJ(sizes, csr=entries, comm=lender.comm)
+        self.matrix.createAIJWithArrays(sizes, csr if comm.size > 1 else csr[0], comm=lender.comm)
         lender.destroy()
-        matrix.setAttr("entries", (*entries, places))
-        return matrix
+        self.matrix.setAttr("arrays", csr)
 
-    def _fill(self, matrix: Any) -> Any:
-        """Give a matrix that `_create` made the present values. Collective."""
-        pointers, columns, values, places = matrix.getAttr("entries")
-        if places is not None:
-            np.take(self._csr.data, places, out=values)
-        if self.comm.size == 1:
-            matrix.stateIncrease()
-        elif hasattr(matrix, "setValuesCOO"):
-            matrix.setValuesCOO(values)
-        else:
-            matrix.setValuesCSR(pointers, columns, values)
-            matrix.assemble()
-        return matrix
+    def fill(self, nodal: NodalMatrix, further: Array | None = None) -> Any:
+        """Give the PETSc matrix the present values and return it. Collective.
+
+        Args:
+            nodal: the matrix to pick from.
+            further: values of the further entries.
+        """
+        for part in self._parts:
+            np.take(nodal.blocks.reshape(-1), part.places, out=part.values, mode="clip")
+            if further is not None:
+                part.values[part.ends] = further[part.which]
+        if len(self._parts) > 1:
+            self.matrix.getDiagonalBlock().stateIncrease()
+        self.matrix.stateIncrease()
+        return self.matrix
+
+
+class _Part:
+    """CSR arrays of the columns that this rank owns, or of all others.
+
+    Args:
+        nodal: the matrix to pick from.
+        blocks: that have a part in it, row by row, in a row by ascending columns.
+        numbers: of each component of this rank's nodes, -1 for those that are left out (nodes, 3).
+        of_columns: of the columns' components (columns, 3).
+        size: rows.
+        further: rows and columns of other entries.
+
+    Attributes:
+        pointers, columns, values: the arrays.
+        places: of the values among all entries of the blocks; any one for the others.
+        ends: where the further entries are.
+        which: those are among all further entries.
+    """
+
+    which: Integers
+
+    def __init__(
+        self,
+        nodal: NodalMatrix,
+        blocks: Integers,
+        numbers: Integers,
+        of_columns: Integers,
+        size: int,
+        further: tuple[Integers, Integers],
+    ) -> None:
+        row, column = nodal.rows[blocks], nodal.columns[blocks]
+        taken, kept = numbers >= 0, of_columns >= 0
+        before = np.cumsum(kept, axis=1) - kept
+        width = kept.sum(axis=1)[column]  # of each block, which it has in each of its node's rows
+        in_row = np.bincount(row, width, nodal.nodes).astype(np.int64)
+        start = np.cumsum(width) - width - (np.cumsum(in_row) - in_row)[row]
+        counts = np.zeros(size, dtype=np.int64)
+        counts[: taken.sum()] = np.repeat(in_row, 3)[taken.ravel()]
+        ends = np.bincount(further[0], minlength=size)
+        self.pointers = np.concatenate([[0], np.cumsum(counts + ends)]).astype(PETSc.IntType)
+        self.ends = np.cumsum(counts)[further[0]] + np.arange(len(further[0]))
+        self.columns = np.empty(self.pointers[-1], dtype=PETSc.IntType)
+        self.places = np.zeros(self.pointers[-1], dtype=np.intp)
+        self.values = np.empty(self.pointers[-1])
+        self.columns[self.ends] = further[1]
+        begin = np.zeros(taken.shape, dtype=np.int64)
+        begin[taken] = self.pointers[: taken.sum()]
+        for some in np.split(np.arange(len(blocks)), np.arange(_AT_ONCE, len(blocks), _AT_ONCE)):
+            r, c = row[some], column[some]
+            for i, j in np.ndindex(3, 3):
+                at = begin[r, i] + start[some] + before[c, j]
+                there = taken[r, i] & kept[c, j]
+                chosen = slice(None) if there.all() else there
+                self.places[at[chosen]] = 9 * blocks[some][chosen] + (3 * i + j)
+                self.columns[at[chosen]] = of_columns[c[chosen], j]

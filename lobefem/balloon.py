@@ -25,6 +25,7 @@ from mpi4py import MPI
 from lobefem._assembly import NodalMatrix, NodalVector, integral, together, total, totals
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._manifold import require_manifold
+from lobefem._reduction import Reduction
 from lobefem.contact import Contact, SelfContact
 from lobefem.errors import InputError
 from lobefem.films import Film
@@ -113,7 +114,7 @@ class Balloon(Glanceable):
         self.map = constraint_map(self.V, surface, self.held, self.motion)
         self.contact = self._self_contact(sorted_parts.contact) if sorted_parts.contact is not None else None
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
-        self._tangents: dict[int, Any] = {}
+        self._tangents: dict[int, Reduction] = {}
         self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
         wanted = fem.Constant(self.mesh, 1.0), film_volume(ufl.SpatialCoordinate(self.mesh), self.frame)
         form = together(self.mesh, *((f, self.forms.dx) for f in wanted))
@@ -349,10 +350,10 @@ class Balloon(Glanceable):
             increment.x.array[:] = self.u.x.array - increment.x.array
         K = self._full_tangent
         K.assemble(form)
-        reduced = self.map.reduced(K, self._w, dw, self._tangents.get(slot))
-        if self.map.num_parameters:
-            self.map.add_parameter_block(reduced, self._parameter_block(dw, d2w))
-        self._tangents[slot] = reduced
+        if slot not in self._tangents:
+            self._tangents[slot] = Reduction(K, self.map)
+        block = self._parameter_block(dw, d2w) if self.map.num_parameters else None
+        reduced = self._tangents[slot].fill(K, self._w, dw, block)
         if self.contact is not None:
             return self.contact.add_hessian(reduced, self.map.jacobian(self._w, dw), self.u, slot)
         return reduced
@@ -408,4 +409,4 @@ class Balloon(Glanceable):
         if kind == "nodal":
             J = self.map.jacobian(w, dw)
             return J.transposeMatMult(J)
-        return self.map.reduced(self._mass, w, dw)
+        return Reduction(self._mass, self.map).fill(self._mass, w, dw)

@@ -21,7 +21,6 @@ from lobefem import _dolfinx  # noqa: F401  (the stack, before PETSc)
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from lobefem._assembly import NodalMatrix
 from lobefem.guides import Guide, PushedNodes
 from lobefem.plates import PlateMotion, rotation
 
@@ -44,6 +43,7 @@ class ConstraintMap:
     Attributes:
         local_size, size: unknowns q on this rank and in all.
         whole_nodes: whether q is made of nodes free in x, y and z, and of nothing else.
+        turned: whether some nodes have components in axes of their own.
 
     Collective.
     """
@@ -80,6 +80,7 @@ class ConstraintMap:
         self.size = self.comm.allreduce(self.local_size)
         self._offset = offset
         whole = not self.num_parameters and free.reshape(-1, 3).all(axis=1).sum() * 3 == self.free.size
+        self.turned = bool(self.comm.allreduce(self._pushed.size, op=MPI.SUM))
         self.whole_nodes = bool(self.comm.allreduce(bool(whole), op=MPI.LAND))
         self.parameter_columns = np.arange(self.size - self.num_parameters, self.size, dtype=PETSc.IntType)
         self._jacobian: Any = None
@@ -227,6 +228,33 @@ class ConstraintMap:
 
     # --- tangent --------------------------------------------------------------------------------
 
+    @property
+    def numbers(self) -> npt.NDArray[np.int64]:
+        """Number in q of each component of this rank's nodes, -1 of those that are no unknowns (owned,)."""
+        numbers = np.full(self.owned, -1)
+        numbers[self.free] = self._offset + np.arange(self.free.size)
+        return numbers
+
+    def ring_of_nodes(self) -> Array:
+        """Ring of each of this rank's nodes, -1 for none, and its arm there [m] (nodes, 4)."""
+        found = np.full((self.owned // 3, 4), -1.0)
+        for k, (nodes, arms) in enumerate(zip(self._rims, self._arms, strict=True)):
+            found[nodes, 0], found[nodes, 1:] = k, arms
+        return found
+
+    def ring_derivative(self, k: int, arms: Array, w: Array, dw: Array) -> Array:
+        """Derivative by y of the nodes on a ring (n, 3, y).
+
+        Args:
+            k: number of the ring.
+            arms: from its centre to the nodes at rest (n, 3) [m].
+            w: of `plate_parameters`.
+            dw: of `plate_parameters`.
+        """
+        _, dR, _ = rotation(w[6 * k + 3 : 6 * k + 6])
+        turned: Array = np.einsum("aij,nj->nia", dR, arms) @ dw[6 * k + 3 : 6 * k + 6]
+        return turned + dw[6 * k : 6 * k + 3]
+
     def jacobian(self, w: Array, dw: Array) -> Any:
         """J = du/dq as a PETSc matrix, its pattern kept from call to call. Collective."""
         # the tangent, the mass and every mode of a state ask for the same one
@@ -249,9 +277,7 @@ class ConstraintMap:
         columns[pairs] = column[at[:, 1:]][:, None, :]
         entries[pairs] = self._frames[:, 1:].transpose(0, 2, 1)
         for k, (nodes, arms) in enumerate(zip(self._rims, self._arms, strict=True)):
-            _, dR, _ = rotation(w[6 * k + 3 : 6 * k + 6])
-            block = np.einsum("aij,nj->nia", dR, arms) @ dw[6 * k + 3 : 6 * k + 6]
-            block += dw[6 * k : 6 * k + 3]
+            block = self.ring_derivative(k, arms, w, dw)
             at = rows[3 * nodes[:, None] + np.arange(3)][..., None] + np.arange(n)
             columns[at] = self.parameter_columns
             entries[at] = block
@@ -263,21 +289,6 @@ class ConstraintMap:
             self._jacobian.assemble()
         self._jacobian_w = w.copy()
         return self._jacobian
-
-    def reduced(self, K: NodalMatrix, w: Array, dw: Array, result: Any = None) -> Any:
-        """J^T K J. Collective.
-
-        Where q is whole nodes J only picks them, and so does this: there is no product.
-
-        Args:
-            K: matrix of nodal displacements (`NodalMatrix`).
-            w: of `plate_parameters`.
-            dw: of `plate_parameters`.
-            result: of an earlier call with a matrix of the same pattern, overwritten.
-        """
-        if not self.whole_nodes:
-            return K.whole().ptap(self.jacobian(w, dw), result=result)
-        return K.picked(self.free, result)
 
     def add_parameter_block(self, matrix: Any, block: Array) -> None:
         """Add a dense block (size of y) to the plates' rows and columns. Collective."""
