@@ -257,11 +257,12 @@ class _Part:
         self.columns[self.ends] = further[1]
         begin = np.zeros(taken.shape, dtype=np.int64)
         begin[taken] = self.pointers[: taken.sum()]
-        for some in np.split(np.arange(len(blocks)), np.arange(_AT_ONCE, len(blocks), _AT_ONCE)):
-            r, c = row[some], column[some]
+        complete = taken[row].all() and kept[column].all()
+        for begins in range(0, len(blocks), _AT_ONCE):
+            some = slice(begins, begins + _AT_ONCE)
+            r, c, block = row[some], column[some], 9 * blocks[some]
             for i, j in np.ndindex(3, 3):
                 at = begin[r, i] + start[some] + before[c, j]
-                there = taken[r, i] & kept[c, j]
-                chosen = slice(None) if there.all() else there
-                self.places[at[chosen]] = 9 * blocks[some][chosen] + (3 * i + j)
-                self.columns[at[chosen]] = of_columns[c[chosen], j]
+                there = slice(None) if complete else taken[r, i] & kept[c, j]
+                self.places[at[there]] = block[there] + (3 * i + j)
+                self.columns[at[there]] = of_columns[c[there], j]

@@ -219,13 +219,14 @@ def with_midpoints(net: Net) -> Net:
 def place(shape: Meridian, lobes: int, t: Reals, theta: Reals) -> Reals:
     """Positions [m], shape (n, 3), of surface coordinates; exact circles at seams and rims."""
     arc = shape.arc_length
-    lobe = np.clip(np.floor(t / arc), 0, lobes - 1)
-    s = np.clip(t - (lobe + 0.5) * arc, -0.5 * arc, 0.5 * arc)
+    rows, row = np.unique(t, return_inverse=True)  # of a grid all nodes of a row have the same
+    lobe = np.clip(np.floor(rows / arc), 0, lobes - 1)
+    s = np.clip(rows - (lobe + 0.5) * arc, -0.5 * arc, 0.5 * arc)
     R, z = shape.radius(s), (lobe + 0.5) * shape.height + shape.z(s)
-    ring = np.rint(t / arc)
-    on_ring = np.abs(t - ring * arc) < 1e-12 * arc * (1.0 + ring)
+    ring = np.rint(rows / arc)
+    on_ring = np.abs(rows - ring * arc) < 1e-12 * arc * (1.0 + ring)
     R[on_ring], z[on_ring] = shape.edge_radius, ring[on_ring] * shape.height
-    return np.column_stack((R * np.cos(theta), R * np.sin(theta), z))
+    return np.column_stack((R[row] * np.cos(theta), R[row] * np.sin(theta), z[row]))
 
 
 def _on_surface(raw: RawMesh, shape: Meridian, steps: int = 6) -> tuple[Reals, Reals]:

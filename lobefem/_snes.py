@@ -321,7 +321,7 @@ class Newton:
         reach = largest_step(balloon) if predicted else math.inf
         search.separation = Separation(snes, balloon, self._r, downhill, reach)
         if snes.getKSP().getPC().getType() == PETSc.PC.Type.GAMG:  # the user's choice
-            x = balloon.V.tabulate_dof_coordinates()
+            x = balloon.X
             K.setNearNullSpace(
                 PETSc.NullSpace().create(vectors=balloon.map.rigid_motions(x), comm=balloon.comm)
             )

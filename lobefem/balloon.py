@@ -62,6 +62,12 @@ class Balloon(Glanceable):
         frame: the film's frame; by default that of a surface of revolution about the axis.
         quadrature_degree: for the film's energy; by default exact for the element where it can be.
 
+    Attributes:
+        V, u: space and function of the displacement [m].
+        X: positions of V's nodes at rest, ghosts included (nodes, 3) [m].
+        map: from the unknowns q to u.
+        reference_area, reference_volume: of the surface at rest [m^2, m^3].
+
     Raises:
         InputError: parts that do not go together.
 
@@ -103,6 +109,8 @@ class Balloon(Glanceable):
         self.order = {3: 1, 4: 1, 6: 2, 9: 2}[_dolfinx.geometry_dofmap(self.mesh).shape[1]]
         element = basix.ufl.element("Lagrange", self.mesh.basix_cell(), self.order, shape=(3,))
         self.V = fem.functionspace(self.mesh, element)
+        self.X = self.V.tabulate_dof_coordinates()
+        self.X.flags.writeable = False
         self.u = fem.Function(self.V, name="displacement")
         self.pressure = fem.Constant(self.mesh, 0.0)
         self.prestress = fem.Constant(self.mesh, 0.0)
@@ -111,7 +119,7 @@ class Balloon(Glanceable):
         require_manifold(surface, self.motion is not None)
         self.plate_forces = self._plate_forces(sorted_parts.plate_load)
         self.free: Balloon | None = None
-        self.map = constraint_map(self.V, surface, self.held, self.motion)
+        self.map = constraint_map(self.V, self.X, surface, self.held, self.motion)
         self.contact = self._self_contact(sorted_parts.contact) if sorted_parts.contact is not None else None
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._tangents: dict[int, Reduction] = {}
@@ -151,7 +159,7 @@ class Balloon(Glanceable):
         led = copy(self)
         _petsc.watch(led, self.mesh)
         led._residual_vector, led._full_tangent = self._residual_vector, self._full_tangent
-        led.map = constraint_map(self.V, self.surface, self.held, self.motion, guide)
+        led.map = constraint_map(self.V, self.X, self.surface, self.held, self.motion, guide)
         led.plate_forces, led._tangents, led.free = copy(self.plate_forces), {}, self
         return led
 

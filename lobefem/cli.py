@@ -14,6 +14,9 @@ import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+# typer is built on pydantic, which looks for plugins in the metadata of all packages there are
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+
 import typer
 
 from lobefem import __version__, options, texts

@@ -34,6 +34,7 @@ class ConstraintMap:
 
     Args:
         V: vector function space (three components).
+        X: positions of its nodes at rest, ghosts included (nodes, 3) [m].
         motion: the plates' motion, or a guide that leads it, or None.
         rims: block indices of the nodes, owned or ghosts, of each rigid ring: bottom rim, top rim and
             the guide's seams.
@@ -51,6 +52,7 @@ class ConstraintMap:
     def __init__(
         self,
         V: Any,
+        X: Array,
         motion: PlateMotion | Guide | None,
         rims: tuple[npt.NDArray[np.int32], ...],
         held: npt.NDArray[np.int32],
@@ -60,13 +62,12 @@ class ConstraintMap:
         self.motion = motion
         index_map = V.dofmap.index_map
         self.owned = 3 * index_map.size_local
-        x = V.tabulate_dof_coordinates()
         free = np.ones(self.owned, dtype=bool)
         self._rims, self._arms = [], []
         for k, nodes in enumerate(rims):
             nodes = nodes[nodes < index_map.size_local]
             self._rims.append(nodes)
-            self._arms.append(x[nodes] - motion.centres[k])  # type: ignore[union-attr]
+            self._arms.append(X[nodes] - motion.centres[k])  # type: ignore[union-attr]
             free[(3 * nodes[:, None] + np.arange(3)).ravel()] = False
         mine = (held < self.owned) & free[np.minimum(held, self.owned - 1)] if self.owned else held < 0
         self._held, self._values = held[mine], values[mine]

@@ -203,7 +203,7 @@ class Wave(Distortion):
         lobe = motion.length / balloon.surface.num_lobes
         above = (height - motion.centres[0] @ motion.direction) / lobe - 0.5  # the lowest equator, in lobes
         nodes = np.flatnonzero(np.abs(above - np.round(above)) < 1e-6).astype(np.int32)
-        x = balloon.V.tabulate_dof_coordinates()[nodes]
+        x = balloon.X[nodes]
         radius = np.einsum("nj,nj->n", x, frames[nodes, 0])
         shrink = (n**2 - 1) ** 2 / (4 * n**2 * radius) if n else np.zeros_like(radius)
         pushed = PushedNodes(nodes, frames[nodes], np.cos(n * angle[nodes]), -shrink)

@@ -321,7 +321,7 @@ def _drawn_along(balloon: Balloon) -> Any:
     motion = balloon.motion
     if motion is not None and motion.plates.lift:
         free = balloon.map.free
-        x = balloon.V.tabulate_dof_coordinates()[: balloon.map.owned // 3]
+        x = balloon.X[: balloon.map.owned // 3]
         share = (x - motion.centres[0]) @ motion.direction / motion.length
         q.array[: free.size] = np.outer(share, motion.plates.lift * motion.direction).ravel()[free]
     return q

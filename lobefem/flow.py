@@ -461,7 +461,7 @@ class _State:
 def _middle_nodes(balloon: Balloon) -> npt.NDArray[np.int64]:
     """This rank's own nodes of the ring at half the height: the middle hoop, or an equator. Collective."""
     owned, comm = balloon.V.dofmap.index_map.size_local, balloon.comm
-    height = balloon.V.tabulate_dof_coordinates()[:owned] @ np.asarray(balloon.surface.axis)
+    height = balloon.X[:owned] @ np.asarray(balloon.surface.axis)
     low = comm.allreduce(height.min(initial=np.inf), op=MPI.MIN)
     high = comm.allreduce(height.max(initial=-np.inf), op=MPI.MAX)
     off = np.abs(height - (low + high) / 2)

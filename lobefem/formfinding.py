@@ -125,7 +125,7 @@ def find_form(
     expected = FormedLobe.inflated(radius, length, Et, pressure)  # refuses what cannot be
     film = FixedWrinkles(E=Et / FixedWrinkles.thickness)
     balloon = Balloon(surface, film, [GasPressure("film"), EndPlates(support="fixed")])
-    X = balloon.V.tabulate_dof_coordinates()
+    X = balloon.X
     share = X[:, 2] / length
     bulge = 4 * share * (1 - share) * (3 * pressure * length**4 / (64 * Et)) ** (1 / 3)
     start = placed_state(balloon, X * [1.0, 1.0, 0.0] * (bulge / radius)[:, None])
@@ -151,7 +151,7 @@ def _nearest_lobe(state: Equilibrium, steps: int, first: FormedLobe) -> tuple[Fo
     """
     balloon = state.balloon
     owned = balloon.V.dofmap.index_map.size_local
-    X = balloon.V.tabulate_dof_coordinates()[:owned]
+    X = balloon.X[:owned]
     x = X + state.displacement[:owned]
     length = balloon.surface.shape.height
     ring = np.rint(X[:, 2] / length * steps).astype(np.int64)

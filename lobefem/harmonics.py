@@ -29,7 +29,7 @@ def cylindrical(balloon: Balloon) -> tuple[Array, Array, Array]:
     if abs(axis[2]) == 1.0:
         first = np.array([1.0, 0.0, 0.0])
     second = np.cross(axis, first)
-    X = balloon.V.tabulate_dof_coordinates()[: balloon.V.dofmap.index_map.size_local]
+    X = balloon.X[: balloon.V.dofmap.index_map.size_local]
     angle = np.arctan2(X @ second, X @ first)
     radial = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
     hoop = np.cross(axis, radial)

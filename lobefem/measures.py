@@ -140,7 +140,7 @@ def free_to_turn(balloon: Balloon) -> bool:
 def owned_nodes(balloon: Balloon) -> tuple[Array, Array]:
     """Reference positions (n, 3) and areas (n,) of the nodes that this rank owns."""
     areas = nodal_areas(balloon)
-    return balloon.V.tabulate_dof_coordinates()[: len(areas)], areas
+    return balloon.X[: len(areas)], areas
 
 
 def distance_of(balloon: Balloon, from_: Array, to: Array) -> tuple[float, float]:

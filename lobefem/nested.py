@@ -78,7 +78,9 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
     values = _turned(values, -2 * np.pi / around * (needed % around))
     weights = (row_weights[:, :, None] * column_weights[:, None, :]).reshape(-1, 16)
     local = np.cumsum(wanted) - 1
-    found = np.einsum("na,nai->ni", weights, values[local[at]])
+    found = np.zeros((len(at), 3))
+    for k in range(16):  # all at once take more memory and time
+        found += weights[:, k, None] * values[local[at[:, k]]]
     balloon.u.x.array[: balloon.map.owned] = _turned(found, np.pi / around * fine_column).ravel()
     balloon.u.x.scatter_forward()
     w, _, _ = coarse.map.plate_parameters(coarse.map.parameters(q))
@@ -118,7 +120,7 @@ def _heights(balloon: Balloon) -> Array:
 
 def _places(balloon: Balloon) -> tuple[Integers, Integers, int]:
     """Row and column in the grid of each node that this rank owns, and the grid's columns."""
-    heights, x = _heights(balloon), balloon.V.tabulate_dof_coordinates()[: balloon.map.owned // 3]
+    heights, x = _heights(balloon), balloon.X[: balloon.map.owned // 3]
     around = balloon.order * balloon.surface.divisions[1]
     row = np.searchsorted((heights[1:] + heights[:-1]) / 2, x[:, 2])
     column = np.rint(np.arctan2(x[:, 1], x[:, 0]) * around / (2 * np.pi)).astype(np.int64) % around

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import platform
 import subprocess
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from lobefem._dolfinx import PETSc, dolfinx
 
 # isort: split
 import gmsh
+import ufl
 from mpi4py import MPI
 from slepc4py import SLEPc
 
@@ -28,18 +28,11 @@ def provenance(comm: Any) -> dict[str, Any]:
         "dolfinx": dolfinx.__version__,
         "petsc": ".".join(map(str, PETSc.Sys.getVersion())),
         "slepc": ".".join(map(str, SLEPc.Sys.getVersion())),
-        "ufl": _version("fenics-ufl"),
+        "ufl": ufl.__version__,
         "gmsh": gmsh.__version__,
         "mpi": " ".join(MPI.Get_library_version().splitlines()[0].split(",")[0].split()),
         "ranks": comm.size,
     }
-
-
-def _version(package: str) -> str | None:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return None
 
 
 def _revision() -> str | None:

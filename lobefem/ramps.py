@@ -334,7 +334,7 @@ def mid_hoop_displacement(state: Equilibrium) -> float:
         nodes = balloon.edge_nodes(f"seam_{lobes // 2}")
         nodes = nodes[nodes < owned]
     else:
-        height = balloon.V.tabulate_dof_coordinates()[:owned] @ axis
+        height = balloon.X[:owned] @ axis
         off = np.abs(height - lobes * surface.shape.height / 2)
         nearest = balloon.comm.allreduce(off.min(initial=np.inf), op=MPI.MIN)
         nodes = np.flatnonzero(off < nearest + 1e-6 * surface.shape.height).astype(np.int32)

@@ -106,7 +106,7 @@ def save_state(
     """
     balloon, comm = state.balloon, state.balloon.comm
     owned = balloon.V.dofmap.index_map.size_local
-    x = balloon.V.tabulate_dof_coordinates()[:owned]
+    x = balloon.X[:owned]
     parameters = balloon.map.parameters(state.vector())
     nodal = {"position": x, "displacement": state.displacement[:owned]}
     nodal |= {_FIELD + name: values[:owned] for name, values in (fields or {}).items()}
@@ -129,7 +129,7 @@ def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
     comm, count = balloon.comm, balloon.V.dofmap.index_map.size_global
     with closing(_blocks.BlockReader(Path(path), comm, count, _NODAL, _SMALL)) as file:
         order = _input_order(balloon)
-        x = balloon.V.tabulate_dof_coordinates()[: len(order)]
+        x = balloon.X[: len(order)]
         parameters, *pressures = (file.others[name] for name in _SMALL)
         same = file.shape == (count, 3) and parameters.shape == (balloon.map.num_parameters,)
         same = same and all(pressure.shape == () for pressure in pressures)

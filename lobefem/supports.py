@@ -66,12 +66,18 @@ def plate_motion(surface: Any, plates: EndPlates) -> PlateMotion:
 
 
 def constraint_map(
-    V: Any, surface: Any, held: Sequence[Held], motion: PlateMotion | None, guide: Guide | None = None
+    V: Any,
+    X: npt.NDArray[np.float64],
+    surface: Any,
+    held: Sequence[Held],
+    motion: PlateMotion | None,
+    guide: Guide | None = None,
 ) -> ConstraintMap:
     """The map from the unknowns q to nodal displacements under all that holds the film.
 
     Args:
         V: space of displacements.
+        X: positions of its nodes at rest, ghosts included (nodes, 3) [m].
         surface: where the film lies.
         held: parts whose displacement is given.
         motion: of the plates.
@@ -82,16 +88,15 @@ def constraint_map(
     rims = ("rim_bottom", "rim_top") if motion else ()
     rings = (*rims, *(guide.seams if guide else ()))
     dofs, values = [np.empty(0, dtype=np.int32)], [np.empty(0)]
-    x = V.tabulate_dof_coordinates().T
     for part in held:
         if callable(part.on):
             nodes = fem.locate_dofs_geometrical(V, part.on)
         else:
             nodes = edge_nodes(V, surface, part.on)
-        given = np.zeros((3, nodes.size)) if part.displacement is None else part.displacement(x[:, nodes])
+        given = np.zeros((3, nodes.size)) if part.displacement is None else part.displacement(X[nodes].T)
         dofs += [3 * nodes + c for c in part.components]
         values += [given[c] for c in part.components]
     fixed, first = np.unique(np.concatenate(dofs), return_index=True)
     fixed, given = fixed.astype(np.int32), np.concatenate(values)[first]
     nodes = tuple(edge_nodes(V, surface, name) for name in rings)
-    return ConstraintMap(V, guide or motion, nodes, fixed, given)
+    return ConstraintMap(V, X, guide or motion, nodes, fixed, given)
