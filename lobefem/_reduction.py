@@ -85,15 +85,20 @@ class _Border:
         numbers = constraints.numbers.reshape(-1, 3)
         # of all columns: the components' numbers, the ring (-1: none) and the arm on it
         of_columns = nodal.at_columns(np.hstack([numbers, constraints.ring_of_nodes()]))
-        self._ring, self._arms = of_columns[:, 3].astype(np.int64), of_columns[:, 4:]
+        ring = of_columns[:, 3].astype(np.int64)
+        on_rings = np.flatnonzero(ring >= 0)
+        # of the nodes on rings, in the order of their columns
+        self._rings = [(k, np.flatnonzero(ring[on_rings] == k)) for k in np.unique(ring[on_rings])]
+        self._arms = of_columns[on_rings, 4:]
+        place = np.cumsum(ring >= 0) - 1
         of_columns = of_columns[:, :3].astype(np.int64)
         rows, columns = nodal.rows, nodal.columns
-        ring_row, ring_column = (self._ring >= 0)[rows], (self._ring >= 0)[columns]
+        ring_row, ring_column = (ring >= 0)[rows], (ring >= 0)[columns]
         free_row, free_column = (numbers.max(axis=1) >= 0)[rows], (of_columns.max(axis=1) >= 0)[columns]
 
         # K_ij B_j, summed for each i
         self._right = np.flatnonzero(free_row & ring_column)
-        self._right_column = columns[self._right]
+        self._right_column = place[columns[self._right]]
         nodes, self._right_first = np.unique(rows[self._right], return_index=True)
         at = numbers[nodes].ravel()
         self._right_kept = at >= 0
@@ -104,12 +109,12 @@ class _Border:
         # B_i^T K_ij, summed for each j here and then over the ranks
         left = np.flatnonzero(ring_row & free_column)
         self._left = left[np.argsort(columns[left], kind="stable")]
-        self._left_row = rows[self._left]
+        self._left_row = place[rows[self._left]]
         nodes, self._left_first = np.unique(columns[self._left], return_index=True)
         gathered = nodal.comm.gather(of_columns[nodes].ravel(), root=self._last)
 
         self._both = np.flatnonzero(ring_row & ring_column)
-        self._both_row, self._both_column = rows[self._both], columns[self._both]
+        self._both_row, self._both_column = place[rows[self._both]], place[columns[self._both]]
 
         self._bottom = np.empty(0, dtype=np.int64)
         if gathered is not None:
@@ -124,10 +129,9 @@ class _Border:
     def values(self, nodal: NodalMatrix, w: Array, dw: Array, block: Array | None) -> Array:
         """Values at `places`. Collective."""
         K, n = nodal.blocks, self._map.num_parameters
-        B = np.zeros((len(self._ring), 3, n))
-        for k in range(len(w) // 6):
-            on = self._ring == k
-            B[on] = self._map.ring_derivative(k, self._arms[on], w, dw)
+        B = np.empty((len(self._arms), 3, n))
+        for k, nodes in self._rings:
+            B[nodes] = self._map.ring_derivative(k, self._arms[nodes], w, dw)
         right = _sums(K[self._right] @ B[self._right_column], self._right_first)
         left = _sums(B[self._left_row].transpose(0, 2, 1) @ K[self._left], self._left_first)
         both = B[self._both_row].transpose(0, 2, 1) @ K[self._both] @ B[self._both_column]
