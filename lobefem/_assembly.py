@@ -137,7 +137,7 @@ class NodalMatrix:
         if self._whole is None:
             components = np.arange(3 * self.nodes)
             self._whole = PickedMatrix(self, 3 * self.first + components, len(components))
-        return self._whole.fill(self)
+        return self._whole.fill(self.blocks)
 
 
 class PickedMatrix:
@@ -179,11 +179,9 @@ class PickedMatrix:
             if not within:  # nodes of other ranks come in any order
                 column = of_columns.max(axis=1)[nodal.columns[blocks]]
                 blocks = blocks[np.lexsort((column, nodal.rows[blocks]))]
-            part = _Part(nodal, blocks, numbers, of_columns, size, (further[0][mine], further[1][mine]))
-            part.which = mine
-            if within:
-                part.columns -= first
-            self._parts.append(part)
+            self._parts.append(
+                _Part(nodal, blocks, numbers, of_columns, size, further, mine, first if within else 0)
+            )
         self.matrix: Any = PETSc.Mat()
         csr = tuple((part.pointers, part.columns, part.values) for part in self._parts)
         # PETSc's own communicator: the mesh's ends with the mesh, and copies of the matrix may live longer
@@ -194,15 +192,15 @@ class PickedMatrix:
         lender.destroy()
         self.matrix.setAttr("arrays", csr)
 
-    def fill(self, nodal: NodalMatrix, further: Array | None = None) -> Any:
-        """Give the PETSc matrix the present values and return it. Collective.
+    def fill(self, blocks: Array, further: Array | None = None) -> Any:
+        """Give the PETSc matrix other values and return it. Collective.
 
         Args:
-            nodal: the matrix to pick from.
+            blocks: of a nodal matrix of the same pattern, maybe in other axes (blocks, 3, 3).
             further: values of the further entries.
         """
         for part in self._parts:
-            np.take(nodal.blocks.reshape(-1), part.places, out=part.values, mode="clip")
+            np.take(blocks.reshape(-1), part.places, out=part.values, mode="clip")
             if further is not None:
                 part.values[part.ends] = further[part.which]
         if len(self._parts) > 1:
@@ -221,15 +219,14 @@ class _Part:
         of_columns: of the columns' components (columns, 3).
         size: rows.
         further: rows and columns of other entries.
+        which: of those are in this part.
+        first: column to count from.
 
     Attributes:
         pointers, columns, values: the arrays.
         places: of the values among all entries of the blocks; any one for the others.
         ends: where the further entries are.
-        which: those are among all further entries.
     """
-
-    which: Integers
 
     def __init__(
         self,
@@ -239,7 +236,11 @@ class _Part:
         of_columns: Integers,
         size: int,
         further: tuple[Integers, Integers],
+        which: Integers,
+        first: int,
     ) -> None:
+        self.which = which
+        end_rows, end_columns = further[0][which], further[1][which]
         row, column = nodal.rows[blocks], nodal.columns[blocks]
         taken, kept = numbers >= 0, of_columns >= 0
         before = np.cumsum(kept, axis=1) - kept
@@ -248,13 +249,13 @@ class _Part:
         start = np.cumsum(width) - width - (np.cumsum(in_row) - in_row)[row]
         counts = np.zeros(size, dtype=np.int64)
         counts[: taken.sum()] = np.repeat(in_row, 3)[taken.ravel()]
-        ends = np.bincount(further[0], minlength=size)
+        ends = np.bincount(end_rows, minlength=size)
         self.pointers = np.concatenate([[0], np.cumsum(counts + ends)]).astype(PETSc.IntType)
-        self.ends = np.cumsum(counts)[further[0]] + np.arange(len(further[0]))
+        self.ends = np.cumsum(counts)[end_rows] + np.arange(len(end_rows))
         self.columns = np.empty(self.pointers[-1], dtype=PETSc.IntType)
         self.places = np.zeros(self.pointers[-1], dtype=np.intp)
         self.values = np.empty(self.pointers[-1])
-        self.columns[self.ends] = further[1]
+        self.columns[self.ends] = end_columns - first
         begin = np.zeros(taken.shape, dtype=np.int64)
         begin[taken] = self.pointers[: taken.sum()]
         complete = taken[row].all() and kept[column].all()
@@ -265,4 +266,4 @@ class _Part:
                 at = begin[r, i] + start[some] + before[c, j]
                 there = slice(None) if complete else taken[r, i] & kept[c, j]
                 self.places[at[there]] = block[there] + (3 * i + j)
-                self.columns[at[there]] = of_columns[c[there], j]
+                self.columns[at[there]] = of_columns[c[there], j] - first

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+import time
 import warnings
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -80,6 +81,7 @@ if np.issubdtype(PETSc.ScalarType, np.complexfloating):
     )
 
 __all__ = [
+    "abandon",
     "create_mesh",
     "entity_nodes",
     "form",
@@ -112,6 +114,22 @@ def create_mesh(comm: Any, cells: npt.NDArray[np.int64], element: Any, x: npt.ND
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=x, e=element, partitioner=shared_facet_partitioner())
 
 
+_compiling: tuple[Path | None, float] | None = None  # cache of the form that is being made, and since when
+
+
+def abandon() -> None:
+    """Remove what an interrupt leaves half-made in the cache of forms: the next run would wait for it."""
+    if _compiling is None:
+        return
+    folder, since = _compiling
+    if folder is None:
+        folder = Path(str(dolfinx.jit.get_options()["cache_dir"])).expanduser()
+    for entry in folder.glob("libffcx_forms_*.c"):
+        # the file system's clock may lag behind
+        if entry.stat().st_mtime > since - 1.0 and not entry.with_suffix(".c.cached").exists():
+            entry.unlink(missing_ok=True)
+
+
 @timed("form compilation")
 def form(expression: Any, cache_dir: Path | None = None) -> Any:
     """Compile a UFL form, into another cache than the user's if one is given.
@@ -129,6 +147,9 @@ def form(expression: Any, cache_dir: Path | None = None) -> Any:
     if cache_dir is not None:
         options["cache_dir"] = cache_dir
     comm = expression.ufl_domain().ufl_cargo().comm
+    global _compiling
+    if comm.rank == 0:  # it compiles for all
+        _compiling = cache_dir, time.time()
     try:
         return dolfinx.fem.form(expression, jit_options=options)
     except (RuntimeError, OSError, cffi.VerificationError) as error:
@@ -141,6 +162,8 @@ def form(expression: Any, cache_dir: Path | None = None) -> Any:
             f"a form could not be compiled ({str(error).strip()[:300]}); lobefem needs a C compiler when it "
             "runs and a writable cache: install gcc, or set XDG_CACHE_HOME to a folder of yours"
         ) from error
+    finally:
+        _compiling = None
 
 
 def interpolation_points(element: Any) -> npt.NDArray[np.float64]:

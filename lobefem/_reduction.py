@@ -1,9 +1,9 @@
 """The reduced tangent J^T K J of a constraint map, written into one PETSc matrix without a product.
 
-J picks the free components as they are, and moves each ring's nodes with the few parameters of the
-plates. So the matrix has the free rows and columns of K, and as a border a few more for the parameters,
-to which the nodes next to the rings contribute alone. PETSc's product of three matrices takes half as
-long as the assembly of K itself, and hardly less on two ranks.
+J picks the free components as they are, or in axes of their own, and moves each ring's nodes with the few
+parameters of the plates. So the matrix has the free rows and columns of K, and as a border a few more for
+the parameters, to which the nodes next to the rings contribute alone. PETSc's product of three matrices
+takes a third as long as the assembly of K itself, and no less on two ranks.
 """
 
 from __future__ import annotations
@@ -36,18 +36,10 @@ class Reduction:
     """
 
     def __init__(self, nodal: NodalMatrix, constraints: ConstraintMap) -> None:
-        self._map = constraints
-        self._picked: PickedMatrix | None = None
-        self._border: _Border | None = None
-        self._product: Any = None
-        if constraints.turned:
-            return
-        numbers = constraints.numbers
-        if not constraints.num_parameters:
-            self._picked = PickedMatrix(nodal, numbers, constraints.local_size)
-            return
-        self._border = _Border(nodal, constraints)
-        self._picked = PickedMatrix(nodal, numbers, constraints.local_size, self._border.places)
+        self._turned = _Turned(nodal, constraints) if constraints.turned else None
+        self._border = _Border(nodal, constraints) if constraints.num_parameters else None
+        further = () if self._border is None else (self._border.places,)
+        self._picked = PickedMatrix(nodal, constraints.numbers, constraints.local_size, *further)
 
     def fill(self, nodal: NodalMatrix, w: Array, dw: Array, block: Array | None = None) -> Any:
         """The matrix with the present values, overwritten by the next call. Collective.
@@ -58,14 +50,25 @@ class Reduction:
             dw: its derivative.
             block: to add to the parameters' rows and columns.
         """
-        if self._picked is None:  # nodes with axes of their own, under a guide alone
-            self._product = nodal.whole().ptap(self._map.jacobian(w, dw), result=self._product)
-            if block is not None:
-                self._map.add_parameter_block(self._product, block)
-            return self._product
-        if self._border is None:
-            return self._picked.fill(nodal)
-        return self._picked.fill(nodal, self._border.values(nodal, w, dw, block))
+        K = nodal.blocks if self._turned is None else self._turned.blocks(nodal)
+        return self._picked.fill(K, None if self._border is None else self._border.values(K, w, dw, block))
+
+
+class _Turned:
+    """K with some nodes' components in axes of their own."""
+
+    def __init__(self, nodal: NodalMatrix, constraints: ConstraintMap) -> None:
+        axes = nodal.at_columns(constraints.axes_of_nodes().reshape(-1, 9)).reshape(-1, 3, 3)
+        others = np.abs(axes - np.eye(3)).max(axis=(1, 2)) > 0
+        self._at = np.flatnonzero(others[nodal.rows] | others[nodal.columns])
+        self._left = axes[nodal.rows[self._at]]
+        self._right = axes[nodal.columns[self._at]].transpose(0, 2, 1)
+
+    def blocks(self, nodal: NodalMatrix) -> Array:
+        """Those of this rank's rows (blocks, 3, 3)."""
+        K = nodal.blocks.copy()
+        K[self._at] = self._left @ K[self._at] @ self._right
+        return K
 
 
 class _Border:
@@ -126,9 +129,16 @@ class _Border:
             own_columns = np.append(own_columns, np.tile(whole, n))
         self.places = own_rows, own_columns
 
-    def values(self, nodal: NodalMatrix, w: Array, dw: Array, block: Array | None) -> Array:
-        """Values at `places`. Collective."""
-        K, n = nodal.blocks, self._map.num_parameters
+    def values(self, K: Array, w: Array, dw: Array, block: Array | None) -> Array:
+        """Values at `places`. Collective.
+
+        Args:
+            K: blocks of this rank's rows (blocks, 3, 3).
+            w: motion of the rings.
+            dw: its derivative.
+            block: to add where both are parameters.
+        """
+        n = self._map.num_parameters
         B = np.empty((len(self._arms), 3, n))
         for k, nodes in self._rings:
             B[nodes] = self._map.ring_derivative(k, self._arms[nodes], w, dw)

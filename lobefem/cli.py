@@ -7,15 +7,11 @@ that failed, 130 interrupted.
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
 import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
-
-# typer is built on pydantic, which looks for plugins in the metadata of all packages there are
-os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 import typer
 
@@ -371,8 +367,6 @@ def main(arguments: list[str] | None = None) -> int:
         setattr(sys, name, getattr(sys, name) or open(os.devnull, "w"))  # noqa: SIM115  to the end
     if given is None:
         given = sys.argv[1:]
-        # what is imported lives to the end: looking for garbage in it takes a quarter of a second
-        gc.disable()
     ranks = Ranks()
     if arguments is None:
         ranks.stop.install()
@@ -406,7 +400,3 @@ def _usage(error: Any) -> str:
     text = one_line(error.format_message()).rstrip(".")
     command = error.ctx.command_path if error.ctx is not None else "lobefem"
     return f"{text}; see {command} --help"
-
-
-if __name__ == "__main__":
-    sys.exit(main())

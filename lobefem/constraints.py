@@ -236,6 +236,12 @@ class ConstraintMap:
         numbers[self.free] = self._offset + np.arange(self.free.size)
         return numbers
 
+    def axes_of_nodes(self) -> Array:
+        """The axes of the components of each of this rank's nodes in q, as rows (nodes, 3, 3)."""
+        axes = np.broadcast_to(np.eye(3), (self.owned // 3, 3, 3)).copy()
+        axes[self._pushed] = self._frames
+        return axes
+
     def ring_of_nodes(self) -> Array:
         """Ring of each of this rank's nodes, -1 for none, and its arm there [m] (nodes, 4)."""
         found = np.full((self.owned // 3, 4), -1.0)
@@ -270,8 +276,7 @@ class ConstraintMap:
         rows = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
         columns = np.empty(rows[-1], dtype=PETSc.IntType)
         entries = np.ones(rows[-1])
-        column = np.zeros(self.owned, dtype=PETSc.IntType)
-        column[self.free] = self._offset + np.arange(self.free.size)
+        column = self.numbers.astype(PETSc.IntType)
         columns[rows[self.free]] = column[self.free]
         at = 3 * self._pushed[:, None] + np.arange(3)
         pairs = rows[at][..., None] + np.arange(2)
@@ -290,14 +295,3 @@ class ConstraintMap:
             self._jacobian.assemble()
         self._jacobian_w = w.copy()
         return self._jacobian
-
-    def add_parameter_block(self, matrix: Any, block: Array) -> None:
-        """Add a dense block (size of y) to the plates' rows and columns. Collective."""
-        if not self.num_parameters:
-            return
-        # on all ranks: assembly is collective only where the pattern may grow
-        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-        if self._has_parameters:
-            c = self.parameter_columns
-            matrix.setValues(c, c, block, addv=PETSc.InsertMode.ADD_VALUES)
-        matrix.assemble()

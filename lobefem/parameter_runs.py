@@ -123,7 +123,7 @@ def _solve(point: Point, kept: str) -> Row:
     folder = Path(kept) / point.name
     file = folder.with_suffix(".toml")
     replace(file, point.design)
-    command = [sys.executable, "-m", "lobefem.cli", point.command, str(file), *point.options]
+    command = [sys.executable, "-m", "lobefem", point.command, str(file), *point.options]
     # one that was stopped halfway goes on
     command += ["--out", str(folder), "--resume" if (folder / "run.json").is_file() else "--overwrite"]
     calm = {k: v for k, v in os.environ.items() if not k.startswith(_LAUNCHER)}

@@ -92,16 +92,17 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
     profile = profiling.start() if given["profile"] else None
     with stdout_to_stderr(to_stdout), reporting(ranks.is_root, ranks.stop, **said) as progress:
         with profiling.stage("import"):
-            from lobefem import _files, _petsc, storage, tasks  # noqa: F401
+            from lobefem import _dolfinx, _files, _petsc, storage, tasks  # noqa: F401
             from lobefem.provenance import provenance
 
             # isort: split
             from mpi4py import MPI
-        if not gc.isenabled():  # see main
+        if not gc.isenabled():  # see `lobefem.__main__`
             gc.freeze()
             gc.enable()
             ranks.stop.install()
 
+        ranks.stop.abandon = _dolfinx.abandon
         comm = MPI.COMM_WORLD
         design = _overridden(given, comm)
         folder = _folder(given, comm)

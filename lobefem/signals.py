@@ -28,6 +28,7 @@ class Stop:
     Attributes:
         note: says where what was reached is, after "interrupted".
         hush: called first, to leave the terminal as it was.
+        abandon: called next, to leave nothing half-made.
         comm: MPI communicator of all ranks, None for one process.
     """
 
@@ -35,6 +36,7 @@ class Stop:
         self.comm = comm
         self.note: Callable[[], str] = lambda: ""
         self.hush: Callable[[], None] = lambda: None
+        self.abandon: Callable[[], None] = lambda: None
 
     def install(self) -> None:
         """Take SIGINT and SIGTERM over, now and after a library may have taken them."""
@@ -54,6 +56,8 @@ class Stop:
             # rank 0 speaks, unless it is held up in a long factorisation
             time.sleep(3.0)
         self.hush()
+        with suppress(Exception):
+            self.abandon()
         where = f" (rank {rank})" if rank else ""
         os.write(2, f"lobefem: {_WORDS[number]}{self.note()}{where}\n".encode())
         if self.comm is not None and self.comm.size > 1:

@@ -47,7 +47,7 @@ load = "closed"
 value = {PRESSURE}
 """
     (folder / "film.toml").write_text(text, encoding="utf-8")
-    command = [sys.executable, "-m", "lobefem.cli", "inflate", "film.toml", "--json", "result.json"]
+    command = [sys.executable, "-m", "lobefem", "inflate", "film.toml", "--json", "result.json"]
     return Job([*command, "--profile"], environment={"PYTHONPATH": str(ROOT)})
 
 

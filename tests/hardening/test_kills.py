@@ -37,7 +37,7 @@ pytestmark = pytest.mark.skipif(
 def start(folder, ranks):
     """One run, which goes on with what is in the folder."""
     launcher = [] if ranks == 1 else [MPIRUN, "-n", str(ranks)]
-    command = [*launcher, sys.executable, "-m", "lobefem.cli", *STUDY, *LENGTH, "--out", str(folder)]
+    command = [*launcher, sys.executable, "-m", "lobefem", *STUDY, *LENGTH, "--out", str(folder)]
     command += ["--resume"] if (folder / "design.toml").exists() else []
     return subprocess.Popen(
         command,

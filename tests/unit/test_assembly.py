@@ -59,7 +59,7 @@ def test_matrix_is_petsc_own(comm, order):
     rows = PETSc.IS().createGeneral(
         (3 * balloon.V.dofmap.index_map.local_range[0] + free).astype(PETSc.IntType), comm=comm
     )
-    picked = pick(K, free).fill(K)
+    picked = pick(K, free).fill(K.blocks)
     assert difference(picked, reference.createSubMatrix(rows, rows)) < 1e-15
 
 
@@ -68,7 +68,7 @@ def test_matrices_follow_what_is_assembled(comm):
     K, form = NodalMatrix(balloon.forms.tangent), balloon.forms.tangent
     K.assemble(form)
     whole, following = K.whole(), pick(K, balloon.map.free)
-    picked = following.fill(K)
+    picked = following.fill(K.blocks)
     ksp = PETSc.KSP().create(comm)
     ksp.setOperators(picked)
     ksp.setType("preonly")
@@ -80,7 +80,7 @@ def test_matrices_follow_what_is_assembled(comm):
     balloon.set_loads(0.0)
     K.assemble(form)
     assert K.whole() is whole
-    assert following.fill(K) is picked
+    assert following.fill(K.blocks) is picked
     assert difference(whole, by_petsc(form)) < 1e-15
     ksp.solve(b, x)  # PETSc knows that the values are others now
     r = b.duplicate()
@@ -93,7 +93,7 @@ def test_a_copy_outlives_its_mesh(comm):
     balloon = make(comm)
     K = NodalMatrix(balloon.forms.tangent)
     K.assemble(balloon.forms.tangent)
-    copies = [K.whole().copy(), pick(K, balloon.map.free).fill(K).copy()]
+    copies = [K.whole().copy(), pick(K, balloon.map.free).fill(K.blocks).copy()]
     norms = [matrix.norm() for matrix in copies]
     del K, balloon
     gc.collect()
@@ -135,5 +135,5 @@ def test_matrices_are_under_the_meshs_communicator(comm):
     K = NodalMatrix(balloon.forms.tangent)
     K.assemble(balloon.forms.tangent)
     other = PETSc.Vec().create(balloon.mesh.comm)
-    for matrix in (K.whole(), pick(K, balloon.map.free).fill(K)):
+    for matrix in (K.whole(), pick(K, balloon.map.free).fill(K.blocks)):
         assert MPI.Comm.Compare(matrix.comm.tompi4py(), other.comm.tompi4py()) == MPI.IDENT

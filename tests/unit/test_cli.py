@@ -4,6 +4,7 @@ import io
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import textwrap
@@ -412,16 +413,35 @@ def test_help_loads_nothing_heavy():
 
 @alone
 def test_a_process_prints_json_alone():
-    done = start(sys.executable, "-m", "lobefem.cli", "inflate", SINGLE, *COARSE, "--json", "-")
+    done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, *COARSE, "--json", "-")
     assert done.returncode == 0
     assert json.loads(done.stdout)["converged"] is True
 
 
 @alone
 def test_a_process_ends_with_the_exit_code():
-    done = start(sys.executable, "-m", "lobefem.cli", "inflate", SINGLE, "--film", "rubber")
+    done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, "--film", "rubber")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines()[-1].startswith("lobefem: --film: 'rubber' is unknown")
+
+
+@alone
+def test_an_early_interrupt_shows_no_traceback():
+    """While the command line's own packages are imported."""
+    program = textwrap.dedent("""
+        import os, signal, sys
+
+        class Interrupt:
+            def find_spec(self, name, path=None, target=None):
+                if name == "typer":
+                    os.kill(os.getpid(), signal.SIGINT)
+
+        sys.meta_path.insert(0, Interrupt())
+        from lobefem.__main__ import main
+        main()
+    """)
+    done = start(sys.executable, "-c", program)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
 
 
 # --- one end for all ranks ----------------------------------------------------------------------

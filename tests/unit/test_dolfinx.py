@@ -31,6 +31,32 @@ def test_a_killed_compilation_is_cleared_away(comm, shared_path, monkeypatch):
     assert not stale.exists()
 
 
+def test_an_interrupt_leaves_no_form_half_made(comm, shared_path, monkeypatch):
+    """The next run would wait a minute for it."""
+    surface = lobed_cylinder(1, (2, 3))
+    half_made, made = (shared_path / f"libffcx_forms_{k}.c" for k in range(2))
+
+    def form(*args, **options):
+        if comm.rank == 0:
+            half_made.touch()
+            made.touch()
+            made.with_suffix(".c.cached").touch()
+        comm.barrier()
+        _dolfinx.abandon()  # as Ctrl-C does it
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(dolfinx.fem, "form", form)
+    one = dolfinx.fem.Constant(surface.mesh, 1.0)
+    with pytest.raises(KeyboardInterrupt):
+        _dolfinx.form(one * ufl.dx(surface.mesh), shared_path)
+    left = comm.bcast((made.exists(), half_made.exists()) if comm.rank == 0 else None)
+    assert left == (True, False)
+    if comm.rank == 0:
+        half_made.touch()
+    _dolfinx.abandon()  # nothing is being made now
+    assert comm.bcast(half_made.exists() if comm.rank == 0 else None)
+
+
 def test_no_compiler_is_said_so(comm, monkeypatch):
     surface = lobed_cylinder(1, (2, 3))
 

@@ -143,7 +143,7 @@ def test_a_signal_stops_at_the_last_step_and_says_where(tmp_path, number, word):
     folder = tmp_path / "run"
     sweep = [part for p in range(1, 400) for part in ("--pressure", str(p))]
     command = ("modes", SINGLE, "--divisions", "4x8", "--count", "1", *sweep, "--out", str(folder))
-    process = start("-m", "lobefem.cli", *command)
+    process = start("-m", "lobefem", *command)
     while process.poll() is None and not (folder / "modes-2.npz").exists():
         time.sleep(0.02)
     process.send_signal(number)
