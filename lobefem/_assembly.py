@@ -243,7 +243,7 @@ class _Part:
         end_rows, end_columns = further[0][which], further[1][which]
         row, column = nodal.rows[blocks], nodal.columns[blocks]
         taken, kept = numbers >= 0, of_columns >= 0
-        before = np.cumsum(kept, axis=1) - kept
+        before: Integers = np.cumsum(kept, axis=1) - kept
         width = kept.sum(axis=1)[column]  # of each block, which it has in each of its node's rows
         in_row = np.bincount(row, width, nodal.nodes).astype(np.int64)
         start = np.cumsum(width) - width - (np.cumsum(in_row) - in_row)[row]

@@ -53,7 +53,8 @@ def eigenvalue_curves(
 ) -> Figure:
     """Eigenvalues against pressure (paper figs 13, 15, 17, 19). Needs no communication.
 
-    Of local modes the lowest of each harmonic is drawn in full, the others as hairlines.
+    Of local modes the lowest of each harmonic is drawn in full, the others as hairlines. A mode that is
+    among the lowest at one pressure only is a point.
 
     Args:
         branches: from `lobefem.sweep` or `lobefem.branches`, over two pressures or more.
@@ -66,8 +67,7 @@ def eigenvalue_curves(
     Raises:
         InputError: fewer than two pressures.
     """
-    branches = [b for b in branches if len(b.pressures) > 1]
-    if not branches:
+    if len({float(p) for b in branches for p in b.pressures}) < 2:
         raise InputError("a curve needs branches over two pressures or more; add a pressure")
     last = max(float(b.pressures[-1]) for b in branches)
     low, high, log = _range(branches)
@@ -83,11 +83,14 @@ def eigenvalue_curves(
         axes.set_ylabel(rf"eigenvalue $\lambda$ [{UNITS[mass]}], {mass} mass")
         axes.set_title(title, loc="left", pad=12 if published else 6)
         axes.spines[["top", "right"]].set_visible(False)
+        # the many that leave the figure at once would only blacken its corner
+        branches = [
+            b
+            for b in branches
+            if b.values.min() < 0 or b.values[b.pressures >= 0.15 * last].min(initial=np.inf) <= high
+        ]
         for b in branches:
-            # the many that leave the figure at once would only blacken its corner
-            if b.values[b.pressures >= 0.15 * last].min(initial=np.inf) > high:
-                continue
-            if _minor(b):
+            if _minor(b) and len(b.pressures) > 1:
                 axes.plot(b.pressures, b.values, color=COLOURS["local"], lw=0.35, alpha=0.6)
             else:
                 axes.plot(b.pressures, b.values, ".-", ms=2.5, lw=1.0, color=COLOURS[b.kind])
@@ -103,18 +106,22 @@ def eigenvalue_curves(
 def _range(branches: Sequence[Branch]) -> tuple[float, float, bool]:
     """Limits of the eigenvalues shown, and whether their axis is logarithmic.
 
-    Where local modes fall, the lowest of them and the lowest twist are shown whole; where all stay
-    positive and rise, the lowest five.
+    Where local modes fall, the lowest of them and the lowest twist are shown whole; where none does, the
+    lowest five.
     """
     lowest = min(float(b.values.min()) for b in branches)
     falling = [b for b in branches if b.kind == "local" and b.values[-1] < b.values.max()]
-    if lowest > 0 and not falling:
+    if not falling:
         tops = sorted(float(b.values.max()) for b in branches if not _minor(b))
-        return 0.6 * lowest, 1.3 * tops[min(4, len(tops) - 1)], True
+        high = 1.3 * tops[min(4, len(tops) - 1)]
+        if lowest > 0:
+            return 0.6 * lowest, high, True
+        high = max(high, -lowest)
+        return 1.3 * lowest, high, False
     pressures = {float(p) for b in falling for p in b.pressures}
     envelope = [min(b.values[b.pressures == p].min(initial=np.inf) for b in falling) for p in pressures]
     twist = [float(b.values.max()) for b in branches if b.kind == "twist" and b.rank == 0]
-    high = 1.18 * max([*envelope, *twist, 1e-300])
+    high = max(1.18 * max([*envelope, *twist]), -0.3 * lowest)
     return min(1.06 * lowest, -0.27 * high), high, False
 
 

@@ -62,7 +62,7 @@ def eigenvalues(run: Run) -> Chart | None:
     """lambda-p curves: of followed branches, or of the modes at each pressure by kind and harmonic."""
     results = run.results
     branches = _rows(results.get("branches"), "kind", "harmonic", "rank", "pressures", "values")
-    branches = [row for row in branches if len(row["pressures"]) == len(row["values"]) > 1]
+    branches = [row for row in branches if len(row["pressures"]) == len(row["values"]) > 0]
     unit = UNITS.get(str(results.get("mass", "unit")), "Pa/m")
     if not branches:
         branches = _by_look(_rows(results.get("pressures"), "pressure", "modes"))
@@ -77,11 +77,12 @@ def eigenvalues(run: Run) -> Chart | None:
         trace = traces.setdefault(
             (kind, minor),
             {
-                "type": "scatter", "mode": "lines" if minor else "lines+markers",
+                "type": "scatter", "mode": "lines+markers",
                 "x": [], "y": [], "text": [],
                 "name": f"{kind}, higher" if minor else kind, "opacity": 0.6 if minor else 1.0,
                 "line": {"color": COLOURS.get(kind, "#777777"), "width": 0.6 if minor else 1.8},
-                "marker": {"size": 5}, "connectgaps": False,
+                # a mode that is among the lowest at one pressure only is a point
+                "marker": {"size": 2 if minor else 5}, "connectgaps": False,
                 "hovertemplate": f"%{{text}}<br>%{{y:.5g}} {unit} at %{{x:.5g}} Pa<extra></extra>",
             },
         )  # fmt: skip

@@ -16,7 +16,7 @@ from lobefem import (
     lobed_cylinder,
 )
 from lobefem._skin import facing, gather, normals, outline, polygons
-from lobefem.branches import follow
+from lobefem.branches import Branch, follow
 from lobefem.errors import InputError
 from lobefem.plotting import _spread, eigenvalue_curves, mode_caption, mode_panel, mode_shapes
 from lobefem.rendering import render_modes
@@ -103,6 +103,18 @@ def test_figures_refuse_what_they_cannot_draw(modes, shared_path):
         render_modes(modes, [], shared_path / "none.png")
     with pytest.raises(InputError, match="two pressures or more"):
         eigenvalue_curves(follow([modes]))
+
+
+def test_a_mode_at_one_pressure_only_is_seen():
+    """One that falls fast may be among the lowest at the last pressure alone, and be the unstable one."""
+    rising = Branch("sway", 1, 0, np.array([500.0, 1000.0]), np.array([1.0, 2.0]), ((0,), (0,)), 1.0)
+    late = Branch("local", 7, 0, np.array([1000.0]), np.array([-3.0]), ((1,),), 1.0)
+    (axes,) = eigenvalue_curves([rising, late]).axes
+    assert any(list(line.get_ydata()) == [-3.0] and line.get_marker() == "." for line in axes.lines)
+    assert "n = 7" in {text.get_text() for text in axes.texts}
+    low, high = axes.get_ylim()
+    assert low < -3.0
+    assert high > 2.0
 
 
 def test_captions_of_neighbours_do_not_touch(modes):
