@@ -17,7 +17,8 @@ from lobefem.units import shown
 __all__ = ["read_toml", "to_toml"]
 
 _MAX_BYTES = 50_000  # of a file; whatever it holds is then read in seconds
-# what TOML says of a value that is none of its own; of a key given twice, say, it says something else
+# what TOML says of a table or key given twice, and of a value that is none of its own
+_TWICE = ("Cannot declare", "Cannot overwrite a value")
 _NO_VALUE = ("Invalid value", "Expected newline or end of document", "Unclosed array")
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _WITH_UNIT = re.compile(rf"({_NUMBER})\s*([A-Za-zµμ][\w/^µμ]*)")
@@ -62,11 +63,13 @@ def read_toml(path: Path, what: str, see: str) -> tuple[dict[str, Any] | None, s
 def _told(reason: str, text: str) -> str:
     """What is wrong with the line at which reading ended, and what to write; "" if that is not clear."""
     found = re.search(r"at line (\d+)", reason)
-    if found is None or not reason.startswith(_NO_VALUE):
-        return ""
-    number = int(found[1])
+    number = int(found[1]) if found is not None else text.rstrip("\n").count("\n") + 1  # the document's end
     line = text.split("\n")[number - 1].partition("#")[0]
     key, equals, value = (part.strip() for part in line.partition("="))
+    if reason.startswith(_TWICE):
+        return f"line {number}: {shown(key)[1:-1]} is there a second time; keep one of the two" if key else ""
+    if found is None or not reason.startswith(_NO_VALUE):
+        return ""
     if not equals or not value or "=" in value:
         return ""
     instead, why = _instead(value)

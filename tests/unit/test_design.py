@@ -291,8 +291,6 @@ def test_files_that_cannot_be_read(shared_path, comm):
         ("lift = 0,4 mm", "a comma where a decimal point belongs", 'lift = "0.4 mm"'),
         ("value = [1 kPa, 2000]", "holds what is a number with a unit", 'value = ["1 kPa", 2000]'),
         ("law = 'iso", "", ""),
-        ("E = []\nE = 0", "", ""),
-        ("hoop = true\nhoop = true", "", ""),
         ("E = [,]", "", ""),
         ("= 3", "", ""),
         ("a = b = c", "", ""),
@@ -313,6 +311,24 @@ def test_values_that_toml_lacks_are_said_with_what_to_write(shared_path, comm, l
     assert "line 2: " in str(caught.value)
     assert why in str(caught.value)
     assert str(caught.value).endswith(f"; write {instead}")
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("[film]\nE = 1\n\n[film]  # again\nnu = 0", "line 4: [film]"),
+        ("[film]\nE = 1\nnu = 0\nE = 2\nthickness = 1", "line 4: E"),
+        ("[film]\nE = 1\nE = []\n", "line 3: E"),
+        ("[film]\nE = 1\nnu = 0\nE = 2", "line 4: E"),
+        ("film = 1\n[film]\n", "line 2: [film]"),
+    ],
+)
+def test_a_table_or_key_given_twice_is_named_with_its_line(tmp_path, text, what):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        Design.load(path)
+    assert str(caught.value) == f"{path}, {what} is there a second time; keep one of the two"
 
 
 def test_what_toml_says_of_an_endless_key_is_cut_short(tmp_path):
