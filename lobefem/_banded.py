@@ -70,7 +70,9 @@ def asymmetry(matrix: Any) -> float:
     return float(abs(matrix - matrix.conj().T).max() / largest) if largest else 0.0
 
 
-def lowest(A: Any, B: Any, count: int, scale: float) -> tuple[Complex, Complex, Complex | None]:
+def lowest(
+    A: Any, B: Any, count: int, scale: float, hermitian: bool
+) -> tuple[Complex, Complex, Complex | None]:
     """The eigenvalues of A x = lambda B x with the lowest real parts, B positive definite.
 
     Shift-invert about a shift below the whole spectrum: by Bendixson's theorem no real part lies
@@ -81,6 +83,7 @@ def lowest(A: Any, B: Any, count: int, scale: float) -> tuple[Complex, Complex, 
         B: sparse Hermitian.
         count: how many.
         scale: size of the first shift tried, of the lowest eigenvalues' order or less.
+        hermitian: whether A is.
 
     Returns:
         values (count,) ascending by real part, right vectors (size, count), and the left ones
@@ -92,7 +95,6 @@ def lowest(A: Any, B: Any, count: int, scale: float) -> tuple[Complex, Complex, 
     A, B = sp.csr_matrix(A), sp.csr_matrix(B)
     size = A.shape[0]
     count = min(count, size)
-    hermitian = asymmetry(A) < HERMITIAN
     S = A if hermitian else (A + A.conj().T) / 2
     band = Band(abs(A) + abs(B))
     a, b = band.pack(S), band.pack(B)

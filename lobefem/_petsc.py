@@ -21,6 +21,7 @@ __all__ = [
     "PREFIXES",
     "SYMMETRIC",
     "asymmetry",
+    "largest_entry",
     "num_negative",
     "options",
     "set_direct_solver",
@@ -206,9 +207,9 @@ def _look(ksp: Any, b: Any, x: Any) -> None:
 def asymmetry(matrix: Any) -> float:
     """Relative asymmetry max|K - K^T|/max|K|. Collective."""
     transposed = matrix.transpose(PETSc.Mat())
-    largest = _max_entry(matrix)
+    largest = largest_entry(matrix)
     transposed.axpy(-1.0, matrix)
-    difference = _max_entry(transposed)
+    difference = largest_entry(transposed)
     transposed.destroy()
     return difference / largest if largest else 0.0
 
@@ -228,6 +229,7 @@ def num_negative(matrix: Any) -> int:
     return int(negative)
 
 
-def _max_entry(matrix: Any) -> float:
+def largest_entry(matrix: Any) -> float:
+    """max|K|. Collective."""
     largest = np.abs(matrix.getValuesCSR()[2]).max(initial=0.0)
     return float(matrix.getComm().tompi4py().allreduce(largest, op=MPI.MAX))

@@ -194,7 +194,8 @@ class Balloon(Glanceable):
 
     def _plate_forces(self, load: PlateLoad | None) -> PlateForces | None:
         if self.motion is not None:
-            excess = self.surface.shape.axial_excess if self.prestressed else None
+            # of a sector its share, as its rims' areas and the bar are
+            excess = self.surface.shape.axial_excess / self.surface.copies if self.prestressed else None
             closed = self.load.convention == "closed"
             return PlateForces(self.motion, load, closed, self.pressure, self.prestress, excess)
         if load is not None:

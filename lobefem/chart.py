@@ -20,6 +20,7 @@ from lobefem._files import on_all
 from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector, as_scipy, own_pairs
+from lobefem.equilibrium import require_drawn
 from lobefem.errors import EigenError, InputError
 from lobefem.harmonics import kind_of
 from lobefem.pencil import held_pencil
@@ -227,9 +228,9 @@ class HeldPencil:
         return self.band.factor(self._bands[0] + p * self._bands[1])
 
     def _lowest(self, p: float) -> tuple[float, Complex]:
-        """The lowest real part of lambda at a pressure, with its vector."""
+        """The lowest real part of lambda at a pressure, with its vector; of one not Hermitian."""
         K = self.K_m + p * self.K_g
-        values, vectors = self._own(lambda count: lowest(K, self.M, count, self._scale * p)[:2], 1)
+        values, vectors = self._own(lambda count: lowest(K, self.M, count, self._scale * p, False)[:2], 1)
         return float(values[0].real), vectors[:, 0]
 
     def _own(self, find: Callable[[int], tuple[Any, Any]], count: int) -> tuple[Any, Any]:
@@ -288,7 +289,8 @@ class HeldPencil:
 
 
 def require_prestress(balloon: Balloon) -> None:
-    """Refuse a balloon without built-in stress by an InputError."""
+    """Refuse a balloon without built-in stress, or whose supports move it, by an InputError."""
+    require_drawn(balloon)
     if not balloon.prestressed:
         raise InputError("critical_pressure needs a prestressed balloon; pass prestressed=True")
 

@@ -91,7 +91,10 @@ class Sector:
             say, K_n holds N - n, N + n, ... too: `share` tells them apart.
 
     Raises:
-        InputError: the surface has no equal sectors, or a node is held in some components only.
+        InputError: the surface has no equal sectors, a node is held in some components only, or one in one
+            sector alone.
+
+    Collective.
     """
 
     def __init__(self, balloon: Balloon) -> None:
@@ -114,6 +117,8 @@ class Sector:
         self._turn = sp.csr_matrix(
             (entries.ravel(), (rows, columns.ravel())), shape=(3 * num + params, 3 * self.num_slots)
         )
+        if balloon is not self.balloon:
+            self._compare(balloon)
 
     @property
     def harmonics(self) -> range:
@@ -296,8 +301,24 @@ class Sector:
         keys = np.stack([np.round(height[nodes] / self._span * 1e7).astype(np.int64), inside], axis=1)
         return _Places(sector % self.order, keys, frame[nodes])
 
+    def _compare(self, whole: Balloon) -> None:
+        """Refuse a balloon of which one sector holds other nodes than the next. Collective."""
+        slot = self._found(self._places(whole))
+        count = np.bincount(slot[slot >= 0], minlength=self.num_slots)
+        count = whole.comm.allreduce(count)
+        if whole.comm.allreduce(bool((slot < 0).any()), op=MPI.LOR) or (count != self.order).any():
+            raise InputError(
+                "a single harmonic needs all sectors held alike; leave harmonics out, or hold whole rings"
+            )
+
     def _match(self, places: _Places) -> Index:
-        """Slot of each node; rounding may have moved a key by one."""
+        """Slot of each node."""
+        slot = self._found(places)
+        assert (slot >= 0).all()  # as `_compare` has shown
+        return slot
+
+    def _found(self, places: _Places) -> Index:
+        """Slot of each node, -1 where there is none; rounding may have moved a key by one."""
         result = np.full(len(places.keys), -1, dtype=np.int64)
         weights = np.array([1 << 24, 1])  # one number for a pair, in the order of the table
         codes = self._table @ weights
@@ -306,8 +327,6 @@ class Sector:
             at = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
             hit = (codes[at] == wanted) & (result < 0)
             result[hit] = at[hit]
-        if (result < 0).any():
-            raise RuntimeError("the sector's nodes are not those of the whole mesh")
         return result
 
 

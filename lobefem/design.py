@@ -215,7 +215,8 @@ class Design(Section):
             assert shape.forming_pressure is not None
             from lobefem.formfinding import find_form  # slow to import, and most lobes are not formed ones
 
-            drawn = how | {"sector": False} if mesh.layout == "structured" else {"comm": how["comm"]}
+            even = {"sector": False, "grading": 0.0}  # the lobe's rows belong at equal steps of the cylinder
+            drawn = how | even if mesh.layout == "structured" else {"comm": how["comm"]}
             film = cylinder(shape.radius, shape.length, **drawn)
             form = find_form(film, shape.forming_pressure, Et=shape.forming_stiffness)
             return form.surface(shape.lobes, **how)

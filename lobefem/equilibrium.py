@@ -20,7 +20,9 @@ from lobefem.nested import coarser_balloon, interpolate
 from lobefem.profiling import timed
 from lobefem.progress import said
 
-__all__ = ["Equilibrium", "ideal_state", "inflate", "placed_state", "record", "require_whole"]
+__all__ = [
+    "Equilibrium", "ideal_state", "inflate", "placed_state", "record", "require_drawn", "require_whole",
+]  # fmt: skip
 
 Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -160,6 +162,7 @@ def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
     """
     _check_pressure(pressure)
     require_whole(balloon)
+    require_drawn(balloon)
     if not balloon.prestressed:
         raise InputError("the ideal state needs a prestressed balloon; pass prestressed=True")
     balloon.set_loads(pressure, pressure)
@@ -424,6 +427,17 @@ def require_whole(balloon: Balloon) -> None:
     """Refuse one sector of a balloon where a whole one is needed."""
     if balloon.surface.copies != 1:
         raise InputError("this is one sector of a balloon; mesh the whole surface (sector=False)")
+
+
+def require_drawn(balloon: Balloon) -> None:
+    """Refuse supports that move nodes where the lobes are looked at as they were drawn. Collective."""
+    balloon.place(balloon.map.create_vector())
+    moved = measures.largest(balloon, balloon.u.x.array.reshape(-1, 3))
+    if moved > 1e-9 * math.sqrt(balloon.reference_area):  # more than round-off
+        raise InputError(
+            f"the supports move the film by {moved:.3g} m, and the ideal state is that of the lobes as they "
+            "were drawn; leave lift or displacement out, or look at the inflated state"
+        )
 
 
 def _check_pressure(pressure: float) -> None:

@@ -59,7 +59,8 @@ class Ledger:
         contact: gain in contact energy.
         pressure: work of the gas: p times the gain in volume, less the work p A n . dd on the plates'
             centres where the load is `film` (trapezoid over a step).
-        constraint: work of temporary constraints; in a release that of their fading forces.
+        constraint: work of temporary constraints, in a release that of their fading forces, and of dead loads
+            on a plate.
         damping: work that the damping took, the integral of c |dq/dt|_B^2 dt.
         euler: the same as implicit Euler counts it, c |dq|_B^2/h a step. It lacks what the steps
             themselves take out of the motion; no part of the balance.
@@ -184,14 +185,14 @@ class Flow:
         self._failures = 0  # of solves, before the present step
         self._redo: Record | None = None
         symmetric = _snes.has_symmetric_load(balloon, q)
-        self._load = balloon.load_norm(q) or 1.0
         self.ts = ts = PETSc.TS().create(balloon.comm)
         ts.setOptionsPrefix(PREFIX)
         ts.setType(PETSc.TS.Type.BEULER)
         ts.setIFunction(self._function, self._r)
-        # hoops make nearly all of the round-off, and their stiffness stays; that of the reference shape is
-        # the same for a run that goes on from another place
+        # hoops make nearly all of the round-off, and their stiffness stays; that of the reference shape, and
+        # the load there, are the same for a run that goes on from another place
         at_rest = balloon.map.create_vector()
+        self._load = balloon.load_norm(at_rest) or 1.0
         self._stiffness = balloon.tangent(at_rest).getDiagonal()
         at_rest.destroy()
         ts.setIJacobian(self._tangent, balloon.tangent(q))
@@ -372,7 +373,7 @@ class Flow:
                 strain=self.ledger.strain + state.strain - old.strain,
                 contact=self.ledger.contact + state.contact - old.contact,
                 pressure=self.ledger.pressure + self._work_of_gas(old, state),
-                constraint=self.ledger.constraint + held,
+                constraint=self.ledger.constraint + held + state.dead - old.dead,
                 damping=self.ledger.damping + damping,
                 euler=self.ledger.euler + euler,
             )
@@ -398,17 +399,20 @@ class Flow:
         assert strain is not None  # `release` refuses film without an energy
         areas: Array = np.zeros((2, 3))
         centres: Array = np.zeros((2, 3))
+        dead = 0.0
         if balloon.motion is not None:
             w = balloon.map.plate_parameters(balloon.map.parameters(q))[0][:12]  # without a guide's seams
             areas, centres = balloon.motion.turned_area_vectors(w), w.reshape(2, 6)[:, :3]
+        if balloon.plate_forces is not None:
+            dead = balloon.plate_forces.dead_work(w)
         gained = volume - balloon.reference_volume
         if balloon.load.convention == "film":
             gained -= float((areas * centres).sum())
         # what else has an energy, contact: as far as it stands out of the round-off of the others
         pressure = float(balloon.pressure.value)
-        contact = energy - strain + pressure * gained
+        contact = energy - strain + pressure * gained + dead
         noise = 1e-12 * (size + abs(pressure) * volume)
-        return _State(volume, strain, contact if abs(contact) > noise else 0.0, areas, centres)
+        return _State(volume, strain, contact if abs(contact) > noise else 0.0, areas, centres, dead)
 
     def _record(self, number: int, time: float, step: float, next_step: float, ledger: Ledger) -> None:
         self.ledger, state, balloon = ledger, self._state, self.balloon
@@ -456,6 +460,7 @@ class _State:
     contact: float
     areas: Array
     centres: Array
+    dead: float
 
 
 def _middle_nodes(balloon: Balloon) -> npt.NDArray[np.int64]:

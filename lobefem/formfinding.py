@@ -102,7 +102,7 @@ def find_form(
     37.5 Pa: 82 negative eigenvalues); the lobe made of it is a stiffer film with little strain.
 
     Args:
-        surface: from `cylinder`, structured.
+        surface: from `cylinder`, structured and not graded.
         pressure: forming pressure [Pa].
         Et: membrane stiffness of the film [N/m]; by default that with which the paper's 37.5 Pa form an
             isotensoid (`isotensoid_stiffness`).
@@ -115,9 +115,10 @@ def find_form(
     Collective.
     """
     cylinder = surface.shape
-    if not isinstance(cylinder, Cylinder) or surface.divisions is None:
+    if not isinstance(cylinder, Cylinder) or surface.divisions is None or surface.grading:
         raise InputError(
-            "a form is found from a structured cylinder; give lobefem.cylinder(radius, length, divisions)"
+            "a form is found from a structured cylinder with even rows; give lobefem.cylinder(radius, "
+            "length, divisions), without grading"
         )
     radius, length = cylinder.edge_radius, cylinder.height
     if Et is None:

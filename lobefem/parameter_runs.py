@@ -39,7 +39,9 @@ QUANTITIES = {
     "perturb": ("imposed_ratio", "volume_final", "min_eigenvalue", "outcome"),
 }
 _LOWEST = "Pa/m"  # in N/m with nodal mass
-_UNKEPT = (1, 130)  # exit codes that may not come again: a fault of ours, an interruption
+# exit codes that may not come again: a fault of ours, input or surroundings (a full disk, a library that is
+# missing) that are soon refused again, an interruption, a batch system's end
+_UNKEPT = (1, 2, 130, 143)
 # what an MPI launcher tells its ranks; a process that inherits it takes itself for one of them
 _LAUNCHER = ("OMPI_", "PMIX_", "PMI_", "PRTE_", "HYDI_", "HYDRA_", "MPIR_", "MPI_")
 

@@ -243,11 +243,12 @@ class _Log:
         before = last.volume if last is not None else self.original.volume
         gas = self._gas(increment.volume - before, plates)
         strain = (state.strain_energy or 0.0) - (self.original.strain_energy or 0.0)
+        dead = _dead_work(state) - _dead_work(self.original)
         ledger = Ledger(
             strain=strain,
             contact=contact.energy if contact is not None else 0.0,
             pressure=(last.ledger.pressure if last is not None else 0.0) + gas,
-            constraint=self._base.constraint + increment.work,
+            constraint=self._base.constraint + increment.work + dead,
             damping=self._base.damping + increment.damping,
         )
         self.parameter, self._plates = increment.parameter, plates
@@ -323,6 +324,15 @@ class _Log:
             "records": [asdict(r) for r in self.records],
         }
         self.keep(state, notes)
+
+
+def _dead_work(state: Equilibrium) -> float:
+    """Work of a dead load on the top plate, from the reference shape to a state [J]. Collective."""
+    balloon = state.balloon
+    if balloon.plate_forces is None:
+        return 0.0
+    w, _, _ = balloon.map.plate_parameters(balloon.map.parameters(state.vector()))
+    return balloon.plate_forces.dead_work(w)
 
 
 def _record(data: Mapping[str, Any]) -> Record:

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from lobefem._banded import asymmetry, lowest
+from lobefem._banded import HERMITIAN, asymmetry, lowest
 from lobefem._files import on_all
+from lobefem._snes import revealing_pressure
 from lobefem.cyclic import Sector, as_scipy, own_pairs
 
 __all__ = ["SectorMode", "mass_matrix", "modes_of_harmonics"]
@@ -28,6 +29,7 @@ class SectorMode(NamedTuple):
         vector: phi in q_n.
         residual: ||K_n phi - lambda M_n phi||/||K_n phi||.
         asymmetry: of K_n, relative.
+        hermitian: whether K_n counts as such.
     """
 
     harmonic: int
@@ -35,6 +37,7 @@ class SectorMode(NamedTuple):
     vector: Complex
     residual: float
     asymmetry: float
+    hermitian: bool
 
 
 def modes_of_harmonics(
@@ -61,11 +64,13 @@ def modes_of_harmonics(
     """
     balloon = sector.balloon
     K, M = as_scipy(balloon.tangent(q)), mass_matrix(sector, q, mass)
+    revealing = _loaded(sector, q, K)
     found: list[_Raw] = []
 
     def solve() -> list[tuple[float, int]]:
         found.extend(
-            _Raw.solve(sector, K, M, n, count, scale) for n in list(harmonics)[comm.rank :: comm.size]
+            _Raw.solve(sector, K, M, revealing, n, count, scale)
+            for n in list(harmonics)[comm.rank :: comm.size]
         )
         return [(v, one.copies) for one in found for v in one.values.real]
 
@@ -90,13 +95,18 @@ class _Raw:
     right: Complex
     left: Complex | None
     asymmetry: float
+    hermitian: bool
 
     @classmethod
-    def solve(cls, sector: Sector, K: Any, M: Any, n: int, count: int, scale: float) -> _Raw:
+    def solve(cls, sector: Sector, K: Any, M: Any, revealing: Any, n: int, count: int, scale: float) -> _Raw:
         K_n, M_n = sector.reduce(K, n), sector.reduce(M, n)
-        found = own_pairs(sector, n, lambda k: lowest(K_n, M_n, k, scale), count, K_n.shape[0])
+        skew = asymmetry(K_n)
+        hermitian = skew < HERMITIAN
+        if hermitian and revealing is not None:
+            hermitian = asymmetry(sector.reduce(revealing, n)) < HERMITIAN
+        found = own_pairs(sector, n, lambda k: lowest(K_n, M_n, k, scale, hermitian), count, K_n.shape[0])
         values, right, left = found
-        return cls(n, sector.copies(n), K_n, M_n, values, right, left, asymmetry(K_n))
+        return cls(n, sector.copies(n), K_n, M_n, values, right, left, skew, hermitian)
 
     def mode(self, sector: Sector, q: Any, k: int) -> SectorMode:
         x = self.right[:, k] / np.sqrt(np.vdot(self.right[:, k], self.M @ self.right[:, k]).real)
@@ -108,7 +118,19 @@ class _Raw:
         if self.left is None:
             value = complex(value.real)
         error = np.linalg.norm(K_x - value * M_x) / max(float(np.linalg.norm(K_x)), 1e-300)
-        return SectorMode(self.harmonic, value, x, float(error), self.asymmetry)
+        return SectorMode(self.harmonic, value, x, float(error), self.asymmetry, self.hermitian)
+
+
+def _loaded(sector: Sector, q: Any, K: Any) -> Any:
+    """The tangent at a pressure beside which no asymmetry is round-off; None where there can be none."""
+    balloon = sector.balloon
+    if balloon.load.convention == "closed":
+        return None
+    loads = float(balloon.pressure.value), float(balloon.prestress.value)
+    balloon.set_loads(revealing_pressure(balloon, float(abs(K).max())), 0.0)
+    found = as_scipy(balloon.tangent(q))
+    balloon.set_loads(*loads)
+    return found
 
 
 def mass_matrix(sector: Sector, q: Any, kind: str) -> Any:

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from lobefem import _petsc, _whole
 from lobefem._glance import Glance, Glanceable
+from lobefem._snes import has_symmetric_stiffness
 from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector
 from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, solver, with_conjugates
@@ -178,9 +179,10 @@ def find_modes(
     if harmonics is not None:
         return _of_harmonics(state, count, mass, tuple(harmonics))
     q = state.activate()
+    symmetric = has_symmetric_stiffness(balloon, q)
     K, B = balloon.tangent(q), balloon.mass(q, mass)
     skew = _petsc.asymmetry(K)
-    symmetric = skew < _petsc.SYMMETRIC
+    symmetric = symmetric and skew < _petsc.SYMMETRIC
     wanted = min(count + 2, K.getSize()[0])
     eps = solver(K, B, wanted, symmetric, PREFIX)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
@@ -337,7 +339,7 @@ def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[in
         modes += [make_mode(balloon, q, pair, one.residual) for pair in pairs]
     end = count + (len(modes) > count and modes[count - 1].value.imag > 0)
     skew = max(one.asymmetry for one in found)
-    return Modes(state, mass, skew < _petsc.SYMMETRIC, skew, None, tuple(modes[:end]))
+    return Modes(state, mass, all(one.hermitian for one in found), skew, None, tuple(modes[:end]))
 
 
 def _proved(eps: Any, pairs: list[Pair], count: int, shift: float) -> int | None:

@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 from lobefem._files import on_root, replace, replacing, require_writable, save_json, to_json
 from lobefem.balloon import Balloon
+from lobefem.distortions import release_start
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 from lobefem.fields import Snapshot, save_fields
@@ -141,8 +142,9 @@ class RunFolder:
             return
         self._design = design
         if not self._ours:
-            self._run = {"study": dict(study), "versions": dict(versions), "steps": {}}
-            self.versions = dict(versions)
+            if not self._run:  # `save` knows of neither
+                self._run = {"study": dict(study), "versions": dict(versions), "steps": {}}
+                self.versions = dict(versions)
             if self._others:
                 return
         self._claim()
@@ -300,7 +302,9 @@ class RunFolder:
         self._before_step()
         states = [s.state for s in snapshots if s.state is not None]
         if states:
-            save_state(self.path / "state.npz", states[-1])
+            last = states[-1]
+            # a distorted one without its constraint, which no balloon that is read back knows
+            save_state(self.path / "state.npz", last if last.balloon.free is None else release_start(last))
         if snapshots:
             save_fields(self.path, snapshots)
         for name, draw in figures.items():

@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 
 from lobefem import _petsc
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._snes import has_symmetric_stiffness
 from lobefem.balloon import Balloon
 from lobefem.branches import Branch, follow, unclear
 from lobefem.equilibrium import Equilibrium, Progress, ideal_state, inflate
@@ -444,8 +445,9 @@ def _jumped(before: Equilibrium, after: Equilibrium) -> bool:
     balloon = before.balloon
     q = before.activate()
     rate = _load_rate(before, q)
+    symmetric = has_symmetric_stiffness(balloon, q)
     K = balloon.tangent(q)
-    ksp = _factor(K, _petsc.asymmetry(K) < _petsc.SYMMETRIC)
+    ksp = _factor(K, symmetric and _petsc.asymmetry(K) < _petsc.SYMMETRIC)
     dq = q.duplicate()
     ksp.solve(rate, dq)
     ksp.destroy()

@@ -13,6 +13,7 @@ from lobefem.cyclic import Sector
 from lobefem.equilibrium import ideal_state, inflate
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
+from lobefem.formed import FormedLobe
 from lobefem.formfinding import find_form
 from lobefem.kinematics import revolved_frame
 from lobefem.loads import GasPressure
@@ -122,6 +123,35 @@ def test_a_formed_lobe_has_its_harmonics_too():
     balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
     full, split = critical_pressure(balloon, full=True), critical_pressure(balloon)
     assert split.pressure == pytest.approx(full.pressure, rel=1e-8)
+
+
+@pytest.mark.parametrize("load", ["closed", "film"])
+def test_an_elastic_bar_holds_a_sectors_share_of_a_formed_lobes_pull(load):
+    surface = lobed_cylinder(1, (4, 8), shape=FormedLobe.between_rims(2.0, 4.19, 0.3), cell="quadrilateral")
+    parts = [GasPressure(load), EndPlates(bar=2.15e9)]
+    balloon = Balloon(surface, Isotropic(), parts, prestressed=True)
+    assert abs(surface.shape.axial_excess) > 1.0
+    state = ideal_state(balloon, 1000.0)
+    full, split = find_modes(state, 6), find_modes(state, 6, harmonics=range(5))
+    np.testing.assert_allclose(split.values, full.values, rtol=1e-8)
+
+
+def test_what_one_sector_holds_alone_is_of_no_single_harmonic():
+    surface = lobed_cylinder(1, (4, 8), cell="quadrilateral")
+    parts = [GasPressure("closed"), Hoops(EA=1e6), EndPlates()]
+    free = Balloon(surface, Isotropic(), parts, prestressed=True)
+    limit = critical_pressure(free).pressure
+    middle = np.flatnonzero(np.abs(free.X[:, 2] - np.median(free.X[:, 2])) < 1e-9)
+    angle = np.arctan2(free.X[middle, 1], free.X[middle, 0])
+    for k in (0, len(middle) // 2):
+        place = free.X[middle[np.argsort(angle)[k]]]
+        tether = Held(lambda x, place=place: np.linalg.norm(x.T - place, axis=1) < 1e-6)
+        tethered = Balloon(surface, Isotropic(), [*parts, tether], prestressed=True)
+        with pytest.raises(InputError, match="needs all sectors held alike; leave harmonics out"):
+            find_modes(ideal_state(tethered, 1000.0), 2, harmonics=range(5))
+        found = critical_pressure(tethered)
+        assert found.pressure == pytest.approx(critical_pressure(tethered, full=True).pressure, rel=1e-12)
+        assert found.pressure >= limit * (1 - 1e-9)
 
 
 def test_harmonics_that_a_sector_cannot_tell_apart_are_told_by_their_shape():

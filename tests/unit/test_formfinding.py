@@ -1,10 +1,13 @@
 """Form finding: what it returns, what it refuses, and the surfaces that it gives."""
 
+import tomllib
+
 import numpy as np
 import pytest
 from mpi4py import MPI
 
 from lobefem.balloon import Balloon
+from lobefem.design import Design
 from lobefem.equilibrium import ideal_state, inflate, placed_state
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.films import FixedWrinkles
@@ -102,12 +105,13 @@ def test_true_resultants_of_a_stretched_tube(comm):
 @pytest.mark.parametrize(
     ("surface", "options", "message"),
     [
-        (lambda: lobed_cylinder(1, (4, 6)), {}, "a form is found from a structured cylinder; give lobefem"),
+        (lambda: lobed_cylinder(1, (4, 6)), {}, "a form is found from a structured cylinder with even rows"),
         (
             lambda: cylinder(layout="unstructured", size=1.0),
             {},
-            "a form is found from a structured cylinder; give lobefem",
+            "a form is found from a structured cylinder with even rows",
         ),
+        (lambda: cylinder(2.0, 4.2, (6, 6), grading=0.2), {}, "with even rows; give lobefem.cylinder("),
         (lambda: cylinder(2.0, 4.2, (4, 6)), {"pressure": 100.0}, "at 100 Pa a film of E t = 187.45 N/m bul"),
         (lambda: cylinder(2.0, 4.2, (4, 6)), {"pressure": 0.0}, "the forming pressure is 0.0; give a posi"),
         (lambda: cylinder(2.0, 4.2, (4, 6)), {"Et": -1.0}, "the film's E t is -1.0; give a positive number"),
@@ -117,6 +121,13 @@ def test_what_cannot_be_formed_is_refused(surface, options, message):
     with pytest.raises(InputError) as caught:
         find_form(surface(), **options)
     assert message in str(caught.value)
+
+
+def test_grading_is_the_lobes_and_not_the_cylinders(comm):
+    text = "[shape]\nkind = 'formed'\nlobes = 2\nforming_pressure = 20.0\n[mesh]\ndivisions = [12, 8]\n"
+    even, graded = (Design.parse(tomllib.loads(f"{text}grading = {g}")).surface(comm) for g in (0.0, 0.3))
+    assert graded.shape == even.shape
+    assert graded.grading == 0.3
 
 
 def test_a_mesh_too_coarse_for_a_lobe_is_told_with_its_state(comm):

@@ -11,6 +11,7 @@ from lobefem import cli
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
 from lobefem.contact import SelfContact
+from lobefem.design import Design
 from lobefem.distortions import Bend, Tip
 from lobefem.errors import InputError
 from lobefem.films import TensionField
@@ -134,6 +135,19 @@ def test_the_command(capfd, shared_path, comm):
     assert code == 0
     assert again["volume_final"] == pytest.approx(results["volume_final"], rel=1e-9)
     assert again["volume_imposed"] == results["volume_imposed"]
+
+
+def test_the_state_that_a_distortion_ends_at_can_be_read_back(capfd, shared_path, comm):
+    folder = shared_path / "run"
+    arguments = [*STACK, "--tip-displacement", "0.05", "--steps", "2", "--out", str(folder), "--json", "-"]
+    assert cli.main(arguments) == 0
+    results = json.loads(comm.bcast(capfd.readouterr().out, root=0))
+    design = Design.load(folder / "design.toml", comm)
+    balloon = design.balloon(design.surface(comm), prestressed=True)
+    state = load_state(folder / "state.npz", balloon)
+    balloon.set_loads(state.pressure, state.prestress)
+    balloon.place(state.vector())
+    assert balloon.volume() == pytest.approx(results["volume_imposed"], rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,17 @@ import scipy.linalg
 from mpi4py import MPI
 from states import nodes, unknowns, wavy
 
+from lobefem._snes import has_symmetric_load
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
+from lobefem.chart import harmonic_chart
 from lobefem.critical import critical_pressure
 from lobefem.equilibrium import ideal_state, inflate
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic
+from lobefem.isotensoid import Isotensoid
 from lobefem.loads import GasPressure
+from lobefem.parts import Held
 from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
 from lobefem.surface import lobed_cylinder
@@ -31,6 +35,26 @@ def dense(matrix):
     block = np.zeros((len(rows) - 1, matrix.getSize()[1]))
     block[np.repeat(np.arange(len(rows) - 1), np.diff(rows)), columns] = values
     return np.concatenate(comm.allgather(block))
+
+
+def test_stiff_hoops_do_not_hide_a_load_without_potential(comm):
+    """At 5 Pa on 0.05 m the load's asymmetry is below the round-off of the hoops' 5e11 N/m."""
+    surface = lobed_cylinder(2, (4, 8), shape=Isotensoid.from_edge_radius(0.05), comm=comm)
+    found = {}
+    for EA in (1e7, 2.15e9):
+        parts = [GasPressure("film"), Hoops(EA=EA), EndPlates(support="clamped")]
+        balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
+        state = ideal_state(balloon, 5.0)
+        assert not has_symmetric_load(balloon, state.activate())
+        found[EA] = find_modes(state, 4), find_modes(state, 4, harmonics=range(5))
+    for modes in found[2.15e9]:
+        assert not modes.symmetric
+        assert modes.num_negative is None
+        np.testing.assert_allclose(modes.values, found[1e7][0].values, rtol=2e-3)
+        assert abs(modes.values[0].imag) > 0
+    parts = [GasPressure("film"), Hoops(), EndPlates("fixed")]
+    held = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
+    assert find_modes(ideal_state(held, 5.0), 4).symmetric
 
 
 @pytest.mark.parametrize("mass", ["unit", "nodal"])
@@ -177,3 +201,18 @@ def test_errors(comm):
             find_modes(state, count=count)
     with pytest.raises(InputError, match=r"^critical_pressure needs a prestressed balloon; pass pre"):
         critical_pressure(balloon)
+
+
+@pytest.mark.parametrize(
+    "support",
+    [[EndPlates("fixed", lift=-0.004)], [Held("rim_top", displacement=np.ones_like), Held("rim_bottom")]],
+)
+def test_supports_that_move_the_film_leave_no_ideal_state(comm, support):
+    balloon = Balloon(lobed_cylinder(1, (4, 8), comm=comm), FixedWrinkles(), support, prestressed=True)
+    for look in (
+        lambda: ideal_state(balloon, 5.0),
+        lambda: critical_pressure(balloon),
+        lambda: harmonic_chart(balloon),
+    ):
+        with pytest.raises(InputError, match=r"the supports move the film by .* look at the inflated state"):
+            look()

@@ -197,6 +197,17 @@ def test_a_folder_in_use_is_refused_unless_overwritten(comm, shared_path):
     assert {p.name for p in path.iterdir()} == {"design.toml", "run.json", "results.json"}
 
 
+def test_what_was_looked_for_stays_where_a_run_without_steps_replaces_another(comm, shared_path):
+    path = shared_path / "run"
+    RunFolder(path, comm).save("x = 1\n", {"a": 1}, [])
+    with RunFolder(path, comm, overwrite=True) as folder:
+        folder.begin("y = 2\n", {"command": "critical"}, {"lobefem": "0.1.0"})
+        folder.save("y = 2\n", {"a": 2})
+    run = json.loads((path / "run.json").read_text())
+    assert run == {"study": {"command": "critical"}, "versions": {"lobefem": "0.1.0"}, "steps": {}}
+    comm.Barrier()
+
+
 def test_of_two_runs_into_one_folder_the_first_to_end_has_it(comm, shared_path):
     path = shared_path / "run"
     first, second = RunFolder(path, comm), RunFolder(path, comm)
