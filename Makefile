@@ -42,9 +42,9 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo demos docs links test test-serial test-ranks harden bench bench-scaling lint types check:
+setup demo demos docs links test test-serial test-ranks harden bench bench-scaling bench-peers lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
-		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" WITHOUT="$(WITHOUT)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)"
+		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" WITHOUT="$(WITHOUT)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)" BENCH="$(BENCH)"
 
 else ifeq ($(STACK),)
 
@@ -54,7 +54,7 @@ setup:
 demo: setup
 	$(run) $(python) demos/stability.py --out $(OUT)
 
-# Coarse enough for a few minutes in all; without --divisions a demo takes the paper's 24 x 32.
+# Coarse enough for a few minutes in all; without --divisions most take the paper's 24 x 32, long ones less.
 demos: setup
 	$(run) $(python) demos/stability.py --divisions 12x16 --out $(ALL)/stability
 	$(run) $(python) demos/eigenvalues.py --divisions 12x16 --out $(ALL)/eigenvalues

@@ -146,9 +146,13 @@ def draw(state: Equilibrium, path: Path) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("out/contact"))
-    parser.add_argument("--divisions", type=int, nargs=2, default=(8, 12), metavar=("ALONG", "AROUND"))
+    parser.add_argument("--divisions", default="8x12", help="of a lobe along its meridian, and around")
     options = parser.parse_args(arguments)
-    rows = run(tuple(options.divisions), LIFTS, options.out)
+    try:
+        along, around = map(int, options.divisions.split("x"))
+    except ValueError:
+        parser.error(f"--divisions {options.divisions}: give two integers such as 8x12")
+    rows = run((along, around), LIFTS, options.out)
     if MPI.COMM_WORLD.rank == 0:
         print(table(rows))
     return 0

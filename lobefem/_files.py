@@ -65,6 +65,10 @@ def check_file(path: str | Path, comm: Any) -> None:
     def check() -> None:
         if Path(path).is_dir():
             raise InputError(f"'{path}' is a folder; give a file to write")
+        if Path(path).exists() and not Path(path).is_file():  # a device or a pipe stays where it is
+            if not os.access(path, os.W_OK):
+                raise InputError(f"'{path}' cannot be written to; give another file")
+            return
         require_writable(Path(path).absolute().parent)
 
     on_root(comm, Path(path), check)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lobefem.design import Design
 
-__all__ = ["of_balance", "of_design", "of_ledger", "of_pressures"]
+__all__ = ["of_balance", "of_built_in", "of_design", "of_ledger", "of_pressures"]
 
 # sizes beyond which a unit was probably forgotten [m]
 _LARGE, _THICK = 200.0, 1e-3
@@ -25,6 +25,11 @@ def of_design(design: Design) -> list[str]:
         *_if(
             film.law == "isotropic" and bool(film.slack_stiffness),
             "isotropic film has no slack part, so slack_stiffness has no effect",
+        ),
+        *_if(
+            film.hoop_slack > 0 and not film.prestress,
+            "hoop_slack is part of the built-in stress: without film.prestress = true it has an effect on "
+            "the ideal state only",
         ),
         *_if(
             shape.lobes > 1 and not design.hoops.enabled,
@@ -59,6 +64,16 @@ def of_balance(residual: float) -> list[str]:
         residual > _UNBALANCED,
         f"the shape as designed is not in balance ({residual:.2g} of the load is left): its modes mean "
         "little; look at --state inflated, or for a part that is missing",
+    )
+
+
+def of_built_in(design: Design) -> list[str]:
+    """A sentence on a study of the built-in stress, of a design that would be without."""
+    film = design.film
+    return _if(
+        film.law == "fixed-wrinkles" and not film.prestress,
+        "film.prestress = false has no effect here: the lobe's own stress is built in; without it look at "
+        "--state inflated",
     )
 
 

@@ -244,7 +244,8 @@ def plot(
         from lobefem.pictures import save_picture
 
         path = save_picture(folder, what, to, format, pressure=at, modes=numbers, width=wide)
-        print(f"The picture is {path}")
+        if not loudness(context)["quiet"]:
+            print(f"The picture is {path}")
 
 
 @app.command(
@@ -336,7 +337,9 @@ def report(
     if context.obj.is_root:
         from lobefem.report import write_report
 
-        print(f"The report is {printable(write_report(folder))}")
+        path = printable(write_report(folder))
+        if not loudness(context)["quiet"]:
+            print(f"The report is {path}")
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))

@@ -192,7 +192,7 @@ def _modes_table(results: dict[str, Any]) -> Any:
                 mode["kind"],
                 f"{mode['residual']:.0e}",
             )
-        verdict = "stable" if entry["stable"] else "unstable"
+        verdict = entry.get("verdict", "stable" if entry["stable"] else "unstable")
         table.add_row("", "", verdict, end_section=True)
     return table
 

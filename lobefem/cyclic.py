@@ -40,6 +40,7 @@ __all__ = ["Sector", "as_scipy", "own_pairs", "sector_balloon"]
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 Index = npt.NDArray[np.int64]
+_ALIKE = "a single harmonic needs all sectors held alike; leave harmonics out, or hold whole rings of nodes"
 
 
 def sector_balloon(balloon: Balloon) -> Balloon:
@@ -307,14 +308,13 @@ class Sector:
         count = np.bincount(slot[slot >= 0], minlength=self.num_slots)
         count = whole.comm.allreduce(count)
         if whole.comm.allreduce(bool((slot < 0).any()), op=MPI.LOR) or (count != self.order).any():
-            raise InputError(
-                "a single harmonic needs all sectors held alike; leave harmonics out, or hold whole rings"
-            )
+            raise InputError(_ALIKE)
 
     def _match(self, places: _Places) -> Index:
-        """Slot of each node."""
+        """Slot of each node, of one sector or, after `_compare`, of all."""
         slot = self._found(places)
-        assert (slot >= 0).all()  # as `_compare` has shown
+        if (slot < 0).any():
+            raise InputError(_ALIKE)
         return slot
 
     def _found(self, places: _Places) -> Index:

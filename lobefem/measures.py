@@ -22,9 +22,11 @@ __all__ = [
     "displacement_of",
     "distance_of",
     "free_to_turn",
+    "is_turn",
     "largest",
     "largest_of_state",
     "nodal_areas",
+    "num_turns",
     "owned_nodes",
     "region_areas",
     "region_shares",
@@ -175,3 +177,29 @@ def largest_of_state(balloon: Balloon, displacement: Array) -> float:
     if balloon.guide is not None or not free_to_turn(balloon):
         return largest(balloon, displacement)
     return distance_of(balloon, np.zeros_like(displacement), displacement)[0]
+
+
+def num_turns(balloon: Balloon) -> int:
+    """Rigid motions that the supports leave: a pinned bottom plate's two tilts."""
+    return 2 if free_to_turn(balloon) else 0
+
+
+def is_turn(balloon: Balloon, displacement: Array, motion: Array) -> bool:
+    """Whether a motion of a displaced balloon is a turn that its supports leave, to a thousandth. Collective.
+
+    Args:
+        balloon: whose.
+        displacement: of its nodes (nodes, 3).
+        motion: the same of a small motion from there.
+    """
+    if not free_to_turn(balloon):
+        return False
+    x, areas = owned_nodes(balloon)
+    arm = x + displacement[: len(x)] - balloon.motion.centres[0]  # type: ignore[union-attr]
+    turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)]).reshape(3, -1)
+    weights = np.repeat(areas, 3)
+    v = motion[: len(x)].ravel()
+    sums = balloon.comm.allreduce(np.vstack([turns, v]) * weights @ np.vstack([turns, v]).T)
+    gram, part, whole = sums[:3, :3], sums[:3, 3], sums[3, 3]
+    rest = whole - part @ np.linalg.solve(gram, part)
+    return bool(rest <= 1e-6 * whole)

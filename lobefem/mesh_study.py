@@ -23,7 +23,8 @@ from lobefem.balloon import Balloon
 from lobefem.chart import HarmonicChart, harmonic_chart
 from lobefem.continuum import continuum_pressure, unstable_from
 from lobefem.errors import InputError
-from lobefem.films import FILMS, Film, Isotropic, TensionField
+from lobefem.films import FILMS, Film, FixedWrinkles, Isotropic, TensionField
+from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
 from lobefem.progress import part, said
 
@@ -36,9 +37,9 @@ DIVISIONS = tuple((3 * n // 4, n) for n in (24, 32, 36, 40, 48, 64, 96, 128))
 LOW = (2, 3, 4, 5, 6)
 # where isotropic film has its lowest critical pressure: n = 7 of the paper's lobe
 _SEARCHED = range(2, 25)
-# the paper's sec. 5: film with fixed wrinkles, by number of lobes [Pa]
-_MAKING = 4000  # what a mesh costs before its harmonics, in nodes of one
+# the paper's sec. 5: its film with fixed wrinkles, by number of lobes [Pa]
 PUBLISHED = {1: 4600.0, 4: 3000.0}
+_MAKING = 4000  # what a mesh costs before its harmonics, in nodes of one
 
 
 @dataclass(frozen=True)
@@ -140,7 +141,7 @@ def mesh_study(
         divisions: of the meshes, three or more, each with more around than the one before.
         harmonics: the low ones that are followed one by one.
         published: a critical pressure from elsewhere [Pa] to place on the curve; by default the paper's
-            for film with fixed wrinkles and one lobe or four.
+            for its own balloon with fixed wrinkles and one lobe or four.
         comm: the ranks that share the harmonics, as for `harmonic_chart`.
         known: charts of an earlier run, of meshes that are not to be looked at again.
         keep: called on all ranks with each new chart.
@@ -180,7 +181,7 @@ def mesh_study(
             keep(charts[-1])
     film, lobes = balloon.film, balloon.surface.num_lobes
     law = next(name for name, kind in FILMS.items() if isinstance(film, kind))
-    if published is None and law == "fixed-wrinkles":
+    if published is None and _is_the_papers(balloon):
         published = PUBLISHED.get(lobes)
     h = [1 / around for _, around in meshes]
     lowest = trend(h, [chart.pressure for chart in charts])
@@ -190,6 +191,19 @@ def mesh_study(
     passed = None if published is None else _crossing(charts, published)
     study = MeshStudy(law, lobes, tuple(charts), lowest, followed, continuum, published, passed)
     return replace(study, verdict=_verdict(study))
+
+
+def _is_the_papers(balloon: Balloon) -> bool:
+    """Whether a balloon is that of which the paper gives critical pressures, to the digits it gives."""
+    # where load and supports are others they change harmonics 0 and 1 only
+    shape, film = balloon.surface.shape, balloon.film
+    papers = FixedWrinkles()
+    numbers = [(shape.edge_radius, 2.0), (film.Et, papers.Et), (film.nu, papers.nu)]
+    return (
+        isinstance(film, FixedWrinkles)
+        and isinstance(shape, Isotensoid)
+        and all(math.isclose(value, given, rel_tol=1e-2) for value, given in numbers)
+    )
 
 
 def trend(h: Sequence[float], pressures: Sequence[float]) -> Trend:

@@ -48,6 +48,15 @@ class _File(BaseModel):
         return flat
 
 
+_STEERED = "is not for single points; it is an option of lobefem sweep itself"
+# options of the commands that a study cannot give
+_OWN = {
+    "design": "is no option; write design = [...] above the tables",
+    "mesh-study": "has no critical pressure of one mesh; vary divisions instead",
+    "out": _STEERED, "overwrite": _STEERED, "resume": _STEERED, "json": _STEERED,
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Point:
     """One combination.
@@ -109,6 +118,8 @@ def load(path: str | Path, known: Mapping[str, Collection[str]]) -> Study:
     varied = ({"design": names} if len(names) > 1 else {}) | file.vary
     for name in (*file.options, *file.vary):
         option = name.replace("_", "-")
+        if option in _OWN:
+            raise InputError(f"{path}: {shown(name)} {_OWN[option]}")
         if "." not in name and option not in known[file.command]:
             raise InputError(
                 f"{path}: {shown(name)} is no option of lobefem {file.command}; see lobefem "
@@ -162,6 +173,6 @@ def _words(name: str, value: Any) -> list[str]:
     """An option of the command line; a switch is there or is not."""
     option = "--" + name.replace("_", "-")
     if isinstance(value, bool):
-        off = [option.replace("--", "--no-", 1)] if name in ("contact", "release") else []
+        off = [option.replace("--", "--no-", 1)] if name in ("contact", "release", "prestress") else []
         return [option] if value else off
     return [option, str(value)]

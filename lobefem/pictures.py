@@ -117,6 +117,10 @@ def picture(
     """
     if what not in WHATS:
         raise InputError(f"'{what}' is unknown; use {', '.join(WHATS)}")
+    if modes is not None and what != "modes":
+        raise InputError(f"--mode is of modes, not of {what}; leave it out")
+    if pressure is not None and what in ("curves", "release"):
+        raise InputError(f"{what} are of all pressures; leave --pressure out")
     holds = held(run)
     if what not in holds:
         if run.faults:
@@ -130,6 +134,12 @@ def picture(
             return _release(run, width)
         step = _step(run, pressure)
         if what == "modes":
+            with_modes = [k for k, one in enumerate(run.steps) if one.num_modes]
+            if pressure is None:  # a run that failed ends with a state without modes
+                step = with_modes[-1]
+            elif step not in with_modes:
+                there = ", ".join(f"{run.steps[k].pressure:g}" for k in with_modes)
+                raise InputError(f"'{run.path}' holds no modes at {pressure:g} Pa; it does at {there} Pa")
             return _modes(run, step, modes, width)
         draw = _stress if what == "stress" else _state
         return draw(run, step, pressure, width)

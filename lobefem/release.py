@@ -20,8 +20,8 @@ from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.log import logger
-from lobefem.measures import distance_of, free_to_turn, largest, owned_nodes
-from lobefem.stability import Mode, Modes, find_modes
+from lobefem.measures import distance_of, is_turn, largest, num_turns
+from lobefem.stability import NEUTRAL, Modes, find_modes
 
 # isort: split
 from dolfinx import fem
@@ -34,8 +34,6 @@ DISTORTED = "distorted and stable"
 NO_EQUILIBRIUM = "not an equilibrium"
 # shapes closer than this share of sqrt(film area) are the same
 _SAME = 1e-4
-# eigenvalues within this share of p/sqrt(film area) of zero are not positive
-_NEUTRAL = 1e-6
 
 
 class Start(Protocol):
@@ -226,8 +224,10 @@ def release(
     if state is not None:
         moved = largest(balloon, state.displacement - last.displacement)
         say("release: lowest eigenvalues")
-        modes = find_modes(state, count + _num_rigid(balloon))
-        lowest = min((m.value.real for m in modes.modes if not _is_rigid(state, m)), default=math.inf)
+        modes = find_modes(state, count + num_turns(balloon))
+        u = state.displacement
+        own = [m.value.real for m in modes.modes if not is_turn(balloon, u, m.displacement)]
+        lowest = min(own, default=math.inf)
     outcome, reason = _judge(end, records[-1], why, lowest, distance, rotation, moved, size, start.pressure)
     logger.info("release: %s (%s)", outcome, reason)
     return Released(
@@ -300,7 +300,7 @@ def _judge(
             NO_EQUILIBRIUM,
             f"{motion}; without damping the balloon is at rest only {moved:.2g} m from there",
         )
-    if lowest <= _NEUTRAL * abs(pressure) / size:
+    if lowest <= NEUTRAL * abs(pressure) / size:
         return (
             NO_EQUILIBRIUM,
             f"{motion}; at rest without damping, but unstable: lowest eigenvalue {lowest:.3g} Pa/m",
@@ -312,27 +312,3 @@ def _judge(
     if rotation > _TURNED:
         evidence += f", turned as a whole by {math.degrees(rotation):.2g} degrees, which its supports let it"
     return (RETURNED if distance <= _SAME * size else DISTORTED), evidence
-
-
-# --- rigid motions ------------------------------------------------------------------------------
-
-
-def _num_rigid(balloon: Balloon) -> int:
-    """Rigid motions that the supports leave: a pinned bottom plate's two tilts."""
-    return 2 if free_to_turn(balloon) else 0
-
-
-def _is_rigid(state: Equilibrium, mode: Mode) -> bool:
-    """Whether a mode is a turn about the bottom plate's centre, to a thousandth. Collective."""
-    balloon = state.balloon
-    if not free_to_turn(balloon):
-        return False
-    x, areas = owned_nodes(balloon)
-    arm = x + state.displacement[: len(x)] - balloon.motion.centres[0]  # type: ignore[union-attr]
-    turns = np.stack([np.cross(axis, arm) for axis in np.eye(3)]).reshape(3, -1)
-    weights = np.repeat(areas, 3)
-    v = mode.displacement[: len(x)].ravel()
-    sums = balloon.comm.allreduce(np.vstack([turns, v]) * weights @ np.vstack([turns, v]).T)
-    gram, part, whole = sums[:3, :3], sums[:3, 3], sums[3, 3]
-    rest = whole - part @ np.linalg.solve(gram, part)
-    return bool(rest <= 1e-6 * whole)

@@ -212,6 +212,12 @@ def harmonics(run: Run) -> Chart | None:
     first = "No harmonic turns unstable."
     if lowest is not None:
         first = f"The lowest is {lowest['critical_pressure']:.5g} Pa at n = {lowest['harmonic']}."
+    always = [str(r["harmonic"]) for r in rows if r["critical_pressure"] == 0]
+    if always:
+        what = (
+            "The lower bound is zero" if any("upper_bound" in r for r in rows) else "Unstable at any pressure"
+        )
+        first = f"{what}: n = {', '.join(always)}.{'' if lowest is None else f' Of the others: {first}'}"
     never = [str(r["harmonic"]) for r in rows if r["critical_pressure"] is None]
     more = f" Never unstable: n = {', '.join(never)}." if never else ""
     head, columns = ["n", "critical pressure [Pa]", "kind"], ["harmonic", "critical_pressure", "kind"]

@@ -184,7 +184,9 @@ def pressures(run: Run) -> Table | None:
     entries = [entry for entry in _entries(run) if "stable" in entry]
     columns = {
         "pressure [Pa]": [number(entry.get("pressure")) for entry in entries],
-        "verdict": ["stable" if entry["stable"] else "unstable" for entry in entries],
+        "verdict": [
+            str(entry.get("verdict") or ("stable" if entry["stable"] else "unstable")) for entry in entries
+        ],
         "negative eigenvalues": [number(entry.get("num_negative")) for entry in entries],
         "volume [m³]": [number(entry.get("volume")) for entry in entries],
         "bounds of the lowest [Pa/m]": [number(entry.get("bounds")) for entry in entries],

@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-__all__ = ["COMMANDS", "COMMON", "described", "flat", "markdown"]
+__all__ = ["COMMANDS", "COMMON", "UNDECIDED", "described", "flat", "markdown"]
+
+UNDECIDED = "undecided"  # the verdict where tension-field film's bounds lie on both sides of zero
 
 Entry = tuple[str, str]  # unit, "" where there is none; meaning
 
@@ -86,6 +88,10 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "pressures[].pressure": ("Pa", "gas pressure; one record for each, in the order given"),
         **_modes("pressures[].modes", "lowest first"),
         "pressures[].stable": ("", "whether all real parts are positive"),
+        "pressures[].verdict": (
+            "",
+            "stable, unstable, or undecided where tension-field film's bounds lie on both sides of zero",
+        ),
         "pressures[].symmetric": ("", "whether the tangent is"),
         "pressures[].asymmetry": ("", "max|K - K^T| over max|K|"),
         "pressures[].num_negative": ("", "negative eigenvalues in the whole spectrum; null if not symmetric"),
@@ -161,7 +167,10 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "outcome": ("", "returned, distorted and stable, not an equilibrium; or under the constraint"),
         "min_eigenvalue": ("Pa/m", "lowest real part at the end, rigid motions left out"),
         "residual": ("", "at the end, over the norm of the pressure's nodal forces"),
-        "first_contact": ("unit", "parameter of the first step with a contact force; null without"),
+        "first_contact": (
+            "unit",
+            "parameter at which the film first touches; null without",
+        ),
         "smallest_gap": ("m", "between parts of the film that share no node; null without contact"),
         "distance": ("m", "of a node from the undistorted shape, at most; null without a release"),
         "rotation": ("rad", "of the rigid motion that was taken out before"),

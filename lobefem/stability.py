@@ -26,7 +26,7 @@ from lobefem.equilibrium import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.harmonics import label, spectrum
 from lobefem.log import logger
-from lobefem.measures import displacement_of, largest
+from lobefem.measures import displacement_of, free_to_turn, largest
 from lobefem.profiling import timed
 from lobefem.sector_modes import modes_of_harmonics
 
@@ -34,12 +34,14 @@ from lobefem.sector_modes import modes_of_harmonics
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-__all__ = ["MASSES", "Mode", "Modes", "check_request", "find_modes", "make_mode"]
+__all__ = ["MASSES", "NEUTRAL", "Mode", "Modes", "check_request", "find_modes", "make_mode"]
 
 Array = npt.NDArray[np.float64]
 _SEEDS = (1, 2, 3)  # of the eigensolver's random starts
 MASSES = ("unit", "nodal")
 PREFIX = "lobefem_modes_"
+# eigenvalues below this share of p/sqrt(A) are no sign of instability where a support leaves turns
+NEUTRAL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -94,8 +96,11 @@ class Modes(Glanceable):
 
     @property
     def stable(self) -> bool:
-        """Whether all eigenvalues have a positive real part."""
-        return bool(self.values.real.min() > 0)
+        """Whether all eigenvalues have a positive real part.
+
+        Those of the turns that a pinned support leaves are zero but for round-off of either sign.
+        """
+        return bool(self.values.real.min() > -_neutral(self.state, self.mass))
 
     def to_pyvista(self, index: int = 0) -> Any:
         """The film with one mode as a PyVista grid on rank 0, None elsewhere. Collective.
@@ -418,3 +423,13 @@ def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float) -> Mode:
         displacement=real,
         displacement_imag=imag,
     )
+
+
+def _neutral(state: Equilibrium, mass: str) -> float:
+    """What eigenvalues of the turns that a pinned support leaves may be off zero; 0 without them."""
+    balloon = state.balloon
+    if not free_to_turn(balloon):
+        return 0.0
+    area = balloon.reference_area
+    scale = area / balloon.V.dofmap.index_map.size_global if mass == "nodal" else 1.0
+    return NEUTRAL * abs(state.pressure) / math.sqrt(area) * scale

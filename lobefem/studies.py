@@ -68,6 +68,7 @@ def critical(
         return outcome
     if limit is not None:
         raise InputError("--limit is for the search along inflated states; add --state inflated")
+    results["warnings"] += cautions.of_built_in(design)
     balloon = design.balloon(design.surface(comm), prestressed=True)
     if progress is not None:
         progress("critical pressure")
@@ -186,6 +187,7 @@ def harmonics(
     """
     check_state("ideal", design)
     results = summary("harmonics", design)
+    results["warnings"] += cautions.of_built_in(design)
     if design.film.law in FIELDS and design.film.hoop_slack:
         raise InputError(
             f"film.hoop_slack = {design.film.hoop_slack:g} makes a tangent not linear in the pressure; "
@@ -289,6 +291,7 @@ def mesh_study(
     """
     check_state("ideal", design)
     results = summary("mesh-study", design)
+    results["warnings"] += cautions.of_built_in(design)
     outcome = Outcome(results)
 
     def balloon(pair: tuple[int, int]) -> Any:

@@ -12,11 +12,12 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from lobefem._banded import lowest
+from lobefem._banded import HERMITIAN, asymmetry, lowest
 from lobefem.balloon import Balloon
 from lobefem.branches import Branch
 from lobefem.chart import sector_pencil
 from lobefem.cyclic import Sector, own_pairs
+from lobefem.equilibrium import require_drawn
 from lobefem.errors import InputError
 from lobefem.harmonics import kind_of
 from lobefem.sector_modes import mass_matrix
@@ -54,6 +55,7 @@ def branches(
     """
     if not balloon.prestressed:
         raise InputError("a sweep of the ideal state needs a prestressed balloon; pass prestressed=True")
+    require_drawn(balloon)
     check_request(balloon, count, mass)
     p = np.asarray(pressures, dtype=float)
     if p.size == 0 or not np.isfinite(p).all() or (np.diff(p) <= 0).any():
@@ -66,16 +68,17 @@ def branches(
         K_mn, K_gn, M_n = (sector.reduce(A, n) for A in (K_m, K_g, M))
         # rows: pressures; columns: the lowest, ascending
         wanted = count if n else 4 * count  # of n = 0 there are two kinds
+        hermitian = asymmetry(K_gn) < HERMITIAN
         scale = 1e-2 / np.sqrt(balloon.reference_area * balloon.surface.copies)
         pairs = [
             own_pairs(
                 sector,
                 n,
-                partial(lowest, K_mn + value * K_gn, M_n, scale=max(scale * value, 1e-6)),
+                partial(lowest, K_mn + v * K_gn, M_n, scale=max(scale * v, 1e-6), hermitian=hermitian),
                 wanted,
                 K_mn.shape[0],
             )[:2]
-            for value in p
+            for v in p
         ]
         if n == 0:
             both = _axisymmetric(pairs, p, 3 * sector.num_slots)

@@ -16,6 +16,7 @@ from lobefem.equilibrium import Equilibrium, ideal_state
 from lobefem.equilibrium import inflate as find_equilibrium
 from lobefem.errors import InputError, SolveError
 from lobefem.progress import Progress, part, said
+from lobefem.schema import UNDECIDED
 from lobefem.storage import RunFolder, Snapshot
 
 if TYPE_CHECKING:
@@ -157,6 +158,8 @@ def modes(
     results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
     if design.film.law == "fixed-wrinkles":
         results["warnings"].append(_VERDICT)
+    if state == "ideal":
+        results["warnings"] += cautions.of_built_in(design)
     if state == "ideal" and design.film.law in FIELDS and not design.film.hoop_slack:
         results["warnings"].append(KINK)
     results["warnings"] += cautions.of_pressures(design, design.pressure.value)
@@ -199,6 +202,7 @@ def modes(
             "pressure": pressure,
             "modes": [mode_data(mode) for mode in found.modes],
             "stable": found.stable,
+            "verdict": "stable" if found.stable else "unstable",
             "symmetric": found.symmetric,
             "asymmetry": found.asymmetry,
             "num_negative": found.num_negative,
@@ -211,6 +215,8 @@ def modes(
                 "taut_modes": [mode_data(mode) for mode in sides.taut.modes],
                 "bounds": sides.bounds,
             }
+            if sides.bounds[0] <= 0 < sides.bounds[1]:
+                entry["verdict"] = UNDECIDED
         results["pressures"].append(entry)
         if folder is not None:
             folder.keep_modes(number, held, found.modes, entry)

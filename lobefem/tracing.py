@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from lobefem.balloon import Balloon
 from lobefem.branches import Branch, follow, unclear
 from lobefem.equilibrium import Equilibrium, Progress, ideal_state, inflate
 from lobefem.errors import ConvergenceError, InputError, SolveError
-from lobefem.measures import displacement_of
+from lobefem.measures import displacement_of, is_turn, num_turns
 from lobefem.stability import Mode, Modes, check_request, find_modes
 from lobefem.states import Checkpoint
 
@@ -40,6 +40,8 @@ _JUMP = 4.0
 # share of the load in a critical mode that makes a limit point; that of a bifurcation is round-off,
 # or a share that the mesh breaks the symmetry by
 _LIMIT_POINT = 1e-2
+# share of p/sqrt(A) by which turns that the supports leave are kept apart from zero
+_TURNS = 1e-3
 
 
 @dataclass(frozen=True, repr=False)
@@ -210,7 +212,8 @@ def critical_point(
         balloon: prestressed for the ideal state.
         limit: pressure at which to give up [Pa]; of the sign of `start`, negative for pressure from
             outside.
-        start: pressure of the first state [Pa].
+        start: pressure of the first state [Pa]; a balloon that is unstable there is looked for at a tenth of
+            it, a hundredth and a thousandth.
         state: "inflated" or "ideal".
         rtol: relative width of the bracket.
         growth: factor from pressure to pressure, above 1.
@@ -237,10 +240,16 @@ def critical_point(
     if resume is not None:
         start = resume.pressure
     low = path.modes(_state(balloon, state, start, resume, progress))
+    for _ in range(3 if resume is None else 0):
+        if low.stable:
+            break
+        start /= 10
+        path.visited = ()
+        low = path.modes(_state(balloon, state, start, None, progress))
     if not low.stable:
         raise InputError(
-            f"the balloon is unstable already at start = {start:g} Pa (lambda = {low[0].value.real:.3g}); "
-            "start from a lower pressure"
+            f"the balloon is unstable already at {start:g} Pa (lambda = {low[0].value.real:.3g}): there "
+            "is no stable state to start from; look at its modes there"
         )
     step, smooth = float(notes.get("step", math.inf)), bool(notes.get("smooth", True))
     while low.state.pressure != limit:
@@ -281,8 +290,11 @@ class _Path:
         self.visited = tuple((float(p), float(value)) for p, value in visited[:-1])
 
     def modes(self, state: Equilibrium) -> Modes:
-        """The lowest pair of a state. Collective."""
-        modes = find_modes(state, 2)
+        """The lowest pair of a state, turns that its supports leave apart. Collective."""
+        balloon = self.balloon
+        modes = find_modes(state, 2 + num_turns(balloon))
+        own = [m for m in modes.modes if not is_turn(balloon, state.displacement, m.displacement)]
+        modes = replace(modes, modes=tuple(own) or modes.modes)
         self.visited += ((state.pressure, modes[0].value.real),)
         if self.progress is not None:
             self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
@@ -462,6 +474,9 @@ def _load_share(modes: Modes, mode: Mode) -> float:
     q = state.activate()
     f = _load_rate(state, q)
     K, B = balloon.tangent(q), balloon.mass(q)
+    if num_turns(balloon):  # as near zero as the mode, but not nearer
+        scale = abs(state.pressure) / math.sqrt(balloon.reference_area)
+        K.axpy(_TURNS * scale, B, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
     ksp = _factor(K, modes.symmetric)
     solve: Callable[[Any, Any], None] = ksp.solve if modes.symmetric else ksp.solveTranspose
     inverse = _factor(B, True)

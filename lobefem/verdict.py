@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from lobefem.schema import UNDECIDED
+
 __all__ = ["verdict"]
 
 Results = Mapping[str, Any]
@@ -71,7 +73,9 @@ def _inflate(results: Results) -> list[str]:
 
 def _critical(results: Results) -> list[str]:
     pressure: Any = results.get("critical_pressure")
-    if not _is_pressure(pressure) or pressure <= 0:
+    if pressure == 0:
+        return _from_nothing(results)
+    if not _is_pressure(pressure) or pressure < 0:
         reason = str(results.get("reason") or "")
         if not reason and "chart" in results:
             reason = f"stable at any pressure{_looked_at(results)}"
@@ -89,6 +93,17 @@ def _critical(results: Results) -> list[str]:
             f"Stable{held} below {_pascals(bounds[0])}, {end}; between the two this film's law does not tell."
         )
     return [first, _whose(results), *_gas(results)]
+
+
+def _from_nothing(results: Results) -> list[str]:
+    """Of what is unstable at any pressure, or may be as far as a tension field's bounds tell."""
+    bounds = results.get("bounds")
+    upper: Any = bounds[1] if isinstance(bounds, (list, tuple)) and len(bounds) == 2 else 0.0
+    if upper == 0:
+        where = f" in harmonic {results.get('harmonic')}" if "chart" in results else _looked_at(results)
+        return [f"Unstable at any pressure{where.rstrip(',')}."]
+    ends = f"Unstable above {_pascals(upper)}; below, this" if _is_pressure(upper) else "This"
+    return [f"{ends} film's law does not tell whether the balloon is stable."]
 
 
 def _gas(results: Results) -> list[str]:
@@ -154,7 +169,12 @@ def _modes(results: Results) -> list[str]:
     stable = ", ".join(_pascals(entry["pressure"]) for entry in known if entry["stable"])
     said = [f"Stable{where} at {stable}."] if stable else []
     for entry in known:
-        if not entry["stable"]:
+        if entry.get("verdict") == UNDECIDED:
+            said.append(
+                f"At {_pascals(entry['pressure'])} this film's law does not tell whether the balloon is "
+                "stable: only the lower bound of its lowest eigenvalue is negative."
+            )
+        elif not entry["stable"]:
             modes = entry.get("modes")
             lowest = modes[0] if isinstance(modes, list) and modes and isinstance(modes[0], Mapping) else {}
             mode = _mode(lowest.get("kind"), lowest.get("harmonic"))

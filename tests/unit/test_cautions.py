@@ -34,6 +34,15 @@ def test_pressures_that_no_film_bears():
     assert "about 350 MPa and strains by about 10 %" in said
 
 
+def test_built_in_stress_that_a_design_leaves_out():
+    assert cautions.of_built_in(Design.parse({})) == []
+    assert cautions.of_built_in(Design.parse({"film": {"law": "isotropic"}})) == []
+    (said,) = cautions.of_built_in(Design.parse({"film": {"prestress": False}}))
+    assert said.startswith("film.prestress = false has no effect here")
+    (said,) = cautions.of_design(Design.parse({"film": {"law": "tension-field", "hoop_slack": 1e-4}}))
+    assert said.startswith("hoop_slack is part of the built-in stress")
+
+
 def test_shares_that_are_too_large():
     assert cautions.of_balance(0.3) == cautions.of_ledger(0.01) == []
     assert "2.4 of the load" in cautions.of_balance(2.4)[0]

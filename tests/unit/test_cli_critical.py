@@ -97,6 +97,11 @@ def test_tension_field_film_has_bounds_at_its_kink(lobefem_json):
     modes, _ = lobefem_json("modes", SINGLE, *film, "--count", "2")
     entry = modes["pressures"][0]
     assert entry["modes"][0]["real"] < entry["mean_modes"][0]["real"] < entry["taut_modes"][0]["real"]
+    assert entry["verdict"] == "stable"
+    between = str((sides["wrinkled"] + sides["mean"]) / 2)
+    modes, _ = lobefem_json("modes", SINGLE, *film, "--count", "2", "--pressure", between)
+    assert modes["pressures"][0]["bounds"][0] < 0 < modes["pressures"][0]["bounds"][1]
+    assert modes["pressures"][0]["verdict"] == "undecided"
     assert "a lower bound" in modes["warnings"][0]
 
 

@@ -119,6 +119,12 @@ def test_isotropic_film_converges():
     assert not any("tends to 0" in sentence for sentence in study.verdict)
 
 
+def test_other_film_has_no_published_pressure():
+    meshes = ((6, 8), (9, 12), (12, 16))
+    assert mesh_study(maker(FixedWrinkles(thickness=8e-5)), meshes, harmonics=()).published is None
+    assert mesh_study(maker(FixedWrinkles()), meshes, harmonics=()).published == 4600
+
+
 def test_a_stack_has_its_own_published_pressure():
     study = mesh_study(maker(FixedWrinkles(), lobes=4), ((18, 24), (24, 32), (30, 40)), harmonics=(2,))
     assert study.published == 3000

@@ -73,6 +73,9 @@ def test_points_are_all_combinations_and_known_by_their_inputs(folder):
         ("command = 'critical'\ndesign = 'one.toml'\nvary = 3", "vary = 3 is impossible"),
         ("command = 'critical'\ndesign = 'one.toml'\n[vary]\nstate = 'ideal'", "no list of values"),
         ("command = 'critical'\ndesign = 'one.toml'\n[vary]\nbend = [3]", "'bend' is no option of lobefem"),
+        ("command = 'critical'\ndesign = 'one.toml'\n[vary]\ndesign = ['one.toml']", "write design = [...]"),
+        ("command = 'critical'\ndesign = 'one.toml'\n[options]\nmesh_study = true", "vary divisions instead"),
+        ("command = 'critical'\ndesign = 'one.toml'\n[options]\nout = 'x'", "option of lobefem sweep itself"),
         ("command = 'critical'\ndesign = 'one.toml'\n[vary]\nfilm.lw = [3]", "'film.lw' is no key"),
         ("command = 'critical'\ndesign = 'one.toml'\nvery = 1", "very = 1 is no key of a sweep"),
         ("command = ", "is no TOML"),
@@ -93,6 +96,15 @@ def test_what_is_no_study_is_said_in_a_sentence(folder, text, said):
         study_of(folder, text)
     assert said in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_switch_is_said_either_way(folder):
+    file = folder / "switch.toml"
+    if MPI.COMM_WORLD.rank == 0:
+        file.write_text("command = 'inflate'\ndesign = 'one.toml'\n[vary]\nprestress = [true, false]")
+    MPI.COMM_WORLD.Barrier()
+    study = load(file, {"inflate": {"prestress"}})
+    assert [point.options for point in study.points] == [("--prestress",), ("--no-prestress",)]
 
 
 def test_a_sweep_runs_each_point_once_and_keeps_failures_as_rows(folder, comm, capfd, monkeypatch):

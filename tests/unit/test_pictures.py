@@ -11,9 +11,9 @@ import pytest
 from mpi4py import MPI
 from PIL import Image
 
-from lobefem import Balloon, Isotropic, cli, lobed_cylinder
+from lobefem import Balloon, Isotropic, cli, lobed_cylinder, tasks
 from lobefem._style import REGIONS
-from lobefem.errors import InputError
+from lobefem.errors import ConvergenceError, InputError
 from lobefem.frames import FRAMES, keep_frame, load_frames
 from lobefem.pictures import held, picture, save_picture
 from lobefem.runs import load_run
@@ -80,6 +80,8 @@ def test_what_is_not_there_is_said_in_one_sentence(folder, shared_path):
         ("colours", {}, "'colours' is unknown; use modes, stress, state, curves, release"),
         ("modes", {"modes": [7]}, r"modes \[7\] are not in"),
         ("state", {"pressure": 3.0}, "holds nothing at 3 Pa; it holds 1000, 2000 Pa"),
+        ("stress", {"modes": [1]}, "--mode is of modes, not of stress; leave it out"),
+        ("curves", {"pressure": 1000.0}, "curves are of all pressures; leave --pressure out"),
         ("curves", {"format": "gif"}, "has no motion; use png or svg"),
         ("curves", {"path": "x.doc"}, "format 'doc' is unknown; use png, svg, gif, mp4"),
         ("curves", {"width": 1.0}, "width = 1.0 mm is no width of a picture"),
@@ -100,6 +102,29 @@ def test_what_is_not_there_is_said_in_one_sentence(folder, shared_path):
     (shared_path / "other" / "results.json").unlink()
     with pytest.raises(InputError, match=r"holds no modes: (there is n|N)o results\.json: this run"):
         save_picture(shared_path / "other", "modes")
+
+
+def test_modes_are_those_that_there_are_where_a_run_failed(comm, shared_path, monkeypatch):
+    """Its last step is the state before the failure, without modes."""
+    folder, calls = shared_path / "run", []
+
+    def inflate(balloon, pressure, **options):
+        state = tasks_inflate(balloon, 1000.0 + 500.0 * len(calls), **options)
+        calls.append(pressure)
+        if len(calls) == 2:
+            raise ConvergenceError("no", state=state, reason="by force", residual=1.0)
+        return state
+
+    tasks_inflate = tasks.find_equilibrium
+    monkeypatch.setattr(tasks, "find_equilibrium", inflate)
+    arguments = ["modes", SINGLE, "--divisions", "4x8", "--state", "inflated", "--film", "isotropic"]
+    arguments += ["--pressure", "1000", "--pressure", "2000", "--count", "2", "--out", str(folder)]
+    assert cli.main(arguments) == 3
+    if MPI.COMM_WORLD.rank:
+        return
+    assert save_picture(folder, "modes").is_file()
+    with pytest.raises(InputError, match="holds no modes at 1500 Pa; it does at 1000 Pa"):
+        save_picture(folder, "modes", pressure=1500.0)
 
 
 def test_the_command_refuses_with_exit_code_2(folder, capfd, comm):

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import os
 import stat
 from pathlib import Path
 from xml.etree import ElementTree
@@ -280,6 +281,13 @@ def test_a_file_is_replaced_as_a_whole_or_not_at_all(tmp_path):
     plain = tmp_path / "plain"
     plain.touch()
     assert stat.S_IMODE(path.stat().st_mode) == stat.S_IMODE(plain.stat().st_mode)
+
+
+def test_a_device_can_be_written_to_where_its_folder_cannot(comm, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: str(path) == "/dev/null")
+    check_file("/dev/null", comm)
+    with pytest.raises(InputError, match=r"'/dev/full' cannot be written to; give another file"):
+        check_file("/dev/full", comm)
 
 
 def test_a_link_is_followed_and_a_device_is_kept(tmp_path):

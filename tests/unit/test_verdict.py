@@ -29,6 +29,14 @@ def chart(*pressures):
          "Stable up to 20000 Pa."),
         ({"command": "critical", **FOUND, "critical_pressure": 0.0, "reason": "unstable at any pressure"},
          "Unstable at any pressure."),
+        ({"command": "critical", **FOUND, "critical_pressure": 0.0, "reason": "unstable at any pressure",
+          "only_harmonic": 7}, "Unstable at any pressure in harmonic 7, which alone was looked at."),
+        ({"command": "critical", **FOUND, "critical_pressure": 0.0, "bounds": [0.0, 250.5]},
+         "Unstable above 250.5 Pa; below, this film's law does not tell whether the balloon is stable."),
+        ({"command": "critical", **FOUND, "critical_pressure": 0.0, "bounds": [0.0, None]},
+         "This film's law does not tell whether the balloon is stable."),
+        ({**ALL, "critical_pressure": 0.0, "harmonic": 1, "chart": chart(10.0, 0.0)},
+         "Unstable at any pressure in harmonic 1."),
         ({"command": "critical", **FOUND, "critical_pressure": 290608.0}, "Stable below 290.6 kPa"),
         ({**ALL, "critical_pressure": 9.0, "harmonic": 1, "chart": chart(*[9.0] * 17)},
          "Stable below 9 Pa, unstable from there on in a local mode of harmonic 1."),
@@ -66,6 +74,11 @@ def test_pressures_of_modes():
     results = {"command": "modes", "pressures": [low, low | {"pressure": 1000.0}, high], **MESH}
     said = ["Stable at 500 Pa, 1000 Pa.", "Unstable at 2000 Pa in a sway mode of harmonic 1."]
     assert verdict(results) == said
+    undecided = low | {"pressure": 700.0, "stable": False, "verdict": "undecided"}
+    assert verdict(results | {"pressures": [undecided]}) == [
+        "At 700 Pa this film's law does not tell whether the balloon is stable: only the lower bound of its "
+        "lowest eigenvalue is negative."
+    ]
     results["film"] = "fixed-wrinkles"
     assert verdict(results)[0].startswith("Stable on this mesh (24 × 32 divisions) at 500")
 
