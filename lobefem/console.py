@@ -231,7 +231,7 @@ def _harmonics_table(results: dict[str, Any]) -> Any:
         pressure = row["critical_pressure"]
         said = "never unstable" if math.isinf(pressure) else f"{pressure:.6g}"
         if pressure == 0:
-            said = "unstable at any"
+            said = "0" if row.get("upper_bound", 0) else "unstable at any"
         error = f"{row['residual']:.0e}" if row["kind"] else ""
         first = "<--" if row["harmonic"] == results["harmonic"] and row["kind"] else ""
         upper = (f"{row['upper_bound']:.6g}",) if sides else ()

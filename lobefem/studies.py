@@ -90,6 +90,8 @@ def critical(
         results |= {"critical_pressure": None} | failure(error)
         return outcome
     results |= _critical(found, harmonic) | {"only_harmonic": harmonic}
+    if found.pressure == 0.0 and results.get("bounds", [0.0, 0.0])[1] != 0.0:
+        results["reason"] = "its lower bound is zero, and between the bounds this film's law does not tell"
     results["warnings"] += cautions.of_pressures(design, [results["critical_pressure"]])
     if found.mode is not None:
         outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (found.mode,)))

@@ -8,6 +8,7 @@ import pytest
 from mpi4py import MPI
 
 from lobefem import studies
+from lobefem.verdict import verdict
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SINGLE, STACK4 = str(MESHES / "single.toml"), str(MESHES / "stack4.toml")
@@ -123,3 +124,17 @@ def test_no_critical_pressure_is_said_in_words(lobefem_json, monkeypatch, pressu
     assert results["critical_pressure"] == (None if pressure else 0.0)
     assert results["reason"] == reason
     assert results["kind"] is None
+
+
+@pytest.mark.parametrize("mean", [250.0, np.inf])
+def test_a_lower_bound_of_zero_is_no_instability(lobefem_json, monkeypatch, mean):
+    from lobefem.critical import CriticalPressure
+    from lobefem.kink import OneSidedPressures
+
+    sides = OneSidedPressures(*(CriticalPressure(p, None, (), (6, 10)) for p in (0.0, mean, np.inf)))
+    monkeypatch.setattr(studies, "one_sided_pressures", lambda balloon, harmonic: sides)
+    results, code = lobefem_json("critical", SINGLE, *COARSE, "--film", "tension-field")
+    assert code == 0
+    assert results["bounds"] == [0.0, mean if np.isfinite(mean) else None]
+    assert "between the bounds this film's law does not tell" in results["reason"]
+    assert "law does not tell whether the balloon is stable" in verdict(results)[0]
