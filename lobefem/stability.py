@@ -184,10 +184,12 @@ def find_modes(
     if harmonics is not None:
         return _of_harmonics(state, count, mass, tuple(harmonics))
     q = state.activate()
-    symmetric = has_symmetric_stiffness(balloon, q)
     K, B = balloon.tangent(q), balloon.mass(q, mass)
     skew = _petsc.asymmetry(K)
-    symmetric = symmetric and skew < _petsc.SYMMETRIC
+    symmetric = skew < _petsc.SYMMETRIC
+    if symmetric and balloon.load.convention == "film":
+        symmetric = has_symmetric_stiffness(balloon, q)
+        K = balloon.tangent(q)  # where other values were
     wanted = min(count + 2, K.getSize()[0])
     eps = solver(K, B, wanted, symmetric, PREFIX)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
