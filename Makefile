@@ -42,9 +42,13 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo demos docs links test test-serial test-ranks harden bench bench-scaling bench-peers lint types check:
+setup demo demos docs links test test-serial test-ranks harden bench bench-scaling lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
 		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" WITHOUT="$(WITHOUT)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)" BENCH="$(BENCH)"
+
+# the other programs are neither stack's
+bench-peers:
+	$(MAKE) --no-print-directory bench-peers STACK=
 
 else ifeq ($(STACK),)
 

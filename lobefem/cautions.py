@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from lobefem.units import pascals
+
 if TYPE_CHECKING:
     from lobefem.design import Design
 
@@ -53,7 +55,7 @@ def of_pressures(design: Design, pressures: Iterable[float | None]) -> list[str]
     stress = highest * design.shape.size / 2 / film.thickness
     return _if(
         stress > _STRAIN * film.E,
-        f"at {highest:.4g} Pa the film bears about {stress / 1e6:.0f} MPa and strains by about "
+        f"at {pascals(highest)} the film bears about {stress / 1e6:.0f} MPa and strains by about "
         f"{100 * stress / film.E:.0f} %: more than a linear law holds for, and than most films bear",
     )
 

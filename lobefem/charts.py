@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from lobefem._style import COLOURS, LEDGER, MM, STYLE
+from lobefem.units import pascals
 
 if TYPE_CHECKING:
     from lobefem.chart import HarmonicChart
@@ -58,7 +59,7 @@ def harmonic_pressures(chart: HarmonicChart, *, title: str = "", width: float = 
         if crossing.any():
             first = int(np.argmin(np.where(crossing, p, np.inf)))
             axes.annotate(
-                f"{p[first]:.4g} Pa, n = {n[first]}",
+                f"{pascals(p[first])}, n = {n[first]}",
                 (n[first], p[first]),
                 xytext=(0, -8),
                 textcoords="offset points",

@@ -10,6 +10,7 @@ from typing import Any
 from lobefem._style import COLOURS, LEDGER, UNITS
 from lobefem.report_tables import Table, rows_of
 from lobefem.runs import Run
+from lobefem.units import pascals
 
 __all__ = ["Chart", "eigenvalues", "harmonics", "history", "refinement"]
 
@@ -90,10 +91,11 @@ def eigenvalues(run: Run) -> Chart | None:
         trace["y"] += [*branch["values"], None]
         trace["text"] += [_name(branch)] * (len(branch["values"]) + 1)
     shown = list(traces.values())
-    critical, last = results.get("critical_pressure"), max(max(b["pressures"]) for b in branches)
+    critical: Any = results.get("critical_pressure")
+    last = max(max(b["pressures"]) for b in branches)
     far = ""
     if _finite(critical) and critical > 1.5 * last:  # would leave the curves no room
-        far = f" The critical pressure, {critical:.4g} Pa, is far to the right."
+        far = f" The critical pressure, {pascals(critical)}, is far to the right."
     elif _finite(critical) and critical:
         n = results.get("harmonic")
         shown.append(
@@ -175,7 +177,7 @@ def _visited(run: Run) -> Chart | None:
     end = f"; it turns unstable by a {kind} mode of harmonic {n}" if kind else ""
     return Chart(
         "Lowest eigenvalue along the inflated states",
-        f"The lowest eigenvalue at {len(x)} pressures up to {x[-1]:.4g} Pa{end}.",
+        f"The lowest eigenvalue at {len(x)} pressures up to {pascals(x[-1])}{end}.",
         [trace], "pressure p [Pa]", "eigenvalue λ [Pa/m]", {},
         rows_of(("pressure [Pa]", "eigenvalue [Pa/m]"), (x, y), "Lowest eigenvalue at each pressure"),
     )  # fmt: skip
@@ -276,7 +278,7 @@ def refinement(run: Run) -> Chart | None:
     values = [r["critical_pressure"] for r in rows]
     told = f"The lowest critical pressure on {len(rows)} meshes."
     if _finite(values[0]) and _finite(values[-1]):
-        told = f"From mesh to mesh the lowest goes from {values[0]:.4g} to {values[-1]:.4g} Pa."
+        told = f"From mesh to mesh the lowest goes from {pascals(values[0])} to {pascals(values[-1])}."
     words = {"falls": " It does not converge.", "converges": " It converges.", "open": " Undecided."}
     told += words.get(run.results.get("lowest", {}).get("behaviour"), "")
     harmonic = {"n": [r["harmonic"] for r in rows]} if all("harmonic" in r for r in rows) else {}

@@ -14,7 +14,18 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
-__all__ = ["FORCE", "LENGTH", "NUMBER", "PRESSURE", "STIFFNESS", "STRESS", "Quantity", "in_degrees", "shown"]
+__all__ = [
+    "FORCE",
+    "LENGTH",
+    "NUMBER",
+    "PRESSURE",
+    "STIFFNESS",
+    "STRESS",
+    "Quantity",
+    "in_degrees",
+    "pascals",
+    "shown",
+]
 
 _PREFIX = {"": "1", "k": "1e3", "M": "1e6", "G": "1e9"}
 _LENGTHS = {
@@ -46,6 +57,11 @@ def shown(value: Any) -> str:
     except (ValueError, RecursionError):  # an integer of thousands of digits, tables in tables in tables
         return f"{type(value).__name__} of that size"
     return text if len(text) <= 80 else f"{text[:60]}...{text[-10:]}"
+
+
+def pascals(pressure: float) -> str:
+    """A pressure in words, to four digits: from 10 kPa on in kilopascals."""
+    return f"{pressure:.4g} Pa" if abs(pressure) < 9999.5 else f"{pressure / 1e3:.4g} kPa"
 
 
 def in_degrees(value: float, unit: str) -> tuple[float, str]:

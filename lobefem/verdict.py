@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lobefem.schema import UNDECIDED
+from lobefem.units import pascals
 
 __all__ = ["verdict"]
 
@@ -40,10 +41,6 @@ def verdict(results: Results) -> list[str]:
     return make(results)
 
 
-def _pascals(pressure: float) -> str:
-    return f"{pressure:.4g} Pa" if pressure < 1e5 else f"{pressure / 1e3:.4g} kPa"
-
-
 def _is_pressure(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
@@ -63,9 +60,7 @@ def _mesh(results: Results) -> str:
 def _inflate(results: Results) -> list[str]:
     if not _is_pressure(results.get("pressure")) or not results.get("converged"):
         return []
-    return [
-        f"In equilibrium at {_pascals(results['pressure'])}. Whether that is stable, lobefem modes tells."
-    ]
+    return [f"In equilibrium at {pascals(results['pressure'])}. Whether that is stable, lobefem modes tells."]
 
 
 # --- critical pressures -------------------------------------------------------------------------
@@ -83,14 +78,14 @@ def _critical(results: Results) -> list[str]:
     held = " as its pressure rises" if results.get("state") == "inflated" else _looked_at(results)
     mode = _mode(_kind(results), results.get("harmonic"))
     if results.get("point") == "limit point":
-        first = f"Stable{held} up to {_pascals(pressure)}, a limit point; there {mode} gives way."
+        first = f"Stable{held} up to {pascals(pressure)}, a limit point; there {mode} gives way."
     else:
-        first = f"Stable{held} below {_pascals(pressure)}, unstable from there on in {mode}."
+        first = f"Stable{held} below {pascals(pressure)}, unstable from there on in {mode}."
     bounds = results.get("bounds")
     if isinstance(bounds, (list, tuple)) and len(bounds) == 2 and _is_pressure(bounds[0]):
-        end = f"unstable above {_pascals(bounds[1])}" if _is_pressure(bounds[1]) else "no upper bound found"
+        end = f"unstable above {pascals(bounds[1])}" if _is_pressure(bounds[1]) else "no upper bound found"
         first = (
-            f"Stable{held} below {_pascals(bounds[0])}, {end}; between the two this film's law does not tell."
+            f"Stable{held} below {pascals(bounds[0])}, {end}; between the two this film's law does not tell."
         )
     return [first, _whose(results), *_gas(results)]
 
@@ -102,7 +97,7 @@ def _from_nothing(results: Results) -> list[str]:
     if upper == 0:
         where = f" in harmonic {results.get('harmonic')}" if "chart" in results else _looked_at(results)
         return [f"Unstable at any pressure{where.rstrip(',')}."]
-    ends = f"Unstable above {_pascals(upper)}; below, this" if _is_pressure(upper) else "This"
+    ends = f"Unstable above {pascals(upper)}; below, this" if _is_pressure(upper) else "This"
     return [f"{ends} film's law does not tell whether the balloon is stable."]
 
 
@@ -166,19 +161,19 @@ def _modes(results: Results) -> list[str]:
     )
     known = [entry for entry in known if _is_pressure(entry.get("pressure"))]
     where = f" on this mesh ({_mesh(results)})" if results.get("film") == "fixed-wrinkles" else ""
-    stable = ", ".join(_pascals(entry["pressure"]) for entry in known if entry["stable"])
+    stable = ", ".join(pascals(entry["pressure"]) for entry in known if entry["stable"])
     said = [f"Stable{where} at {stable}."] if stable else []
     for entry in known:
         if entry.get("verdict") == UNDECIDED:
             said.append(
-                f"At {_pascals(entry['pressure'])} this film's law does not tell whether the balloon is "
+                f"At {pascals(entry['pressure'])} this film's law does not tell whether the balloon is "
                 "stable: only the lower bound of its lowest eigenvalue is negative."
             )
         elif not entry["stable"]:
             modes = entry.get("modes")
             lowest = modes[0] if isinstance(modes, list) and modes and isinstance(modes[0], Mapping) else {}
             mode = _mode(lowest.get("kind"), lowest.get("harmonic"))
-            said.append(f"Unstable{where} at {_pascals(entry['pressure'])} in {mode}.")
+            said.append(f"Unstable{where} at {pascals(entry['pressure'])} in {mode}.")
     said += _flutter(known)
     return said + (_gas(results) if said else [])
 
@@ -194,7 +189,7 @@ def _flutter(entries: list[Mapping[str, Any]]) -> list[str]:
         scale = max((abs(re) for re, _ in values), default=0.0)
         if any(0 <= re < abs(im) and abs(im) > 1e-3 * scale for re, im in values):
             return [
-                f"At {_pascals(entry['pressure'])} the eigenvalue of a stable mode is more imaginary than "
+                f"At {pascals(entry['pressure'])} the eigenvalue of a stable mode is more imaginary than "
                 "real: without damping by the air such a pair grows, swinging (flutter)."
             ]
     return []

@@ -200,7 +200,7 @@ def test_a_critical_pressure_far_off_leaves_the_curves_their_room(tmp_path, crit
     folder = made_up(tmp_path / "run", {"branches": [branch], "critical_pressure": critical})
     chart = eigenvalues(runs.load_run(folder))
     assert len(chart.traces) == traces
-    assert ("The critical pressure, 3e+05 Pa, is far to the right." in chart.description) == (traces == 1)
+    assert ("The critical pressure, 300 kPa, is far to the right." in chart.description) == (traces == 1)
 
 
 @alone
