@@ -58,8 +58,14 @@ def sector_balloon(balloon: Balloon) -> Balloon:
         raise InputError("a single harmonic needs the film's own frame; leave frame out")
     if balloon.load_path is not None or any(isinstance(part, PlateLoad) for part in balloon.parts):
         raise InputError("a single harmonic is of the shape as drawn; leave load_path and PlateLoad out")
+    sector = sector_of(balloon.surface)
+    for cords in balloon.cords:
+        if cords.groups(sector) != cords.groups(balloon.surface):
+            raise InputError(
+                f"cords on {', '.join(cords.on)} lie on edges that one sector lacks; leave harmonics out"
+            )
     return Balloon(
-        sector_of(balloon.surface),
+        sector,
         balloon.film,
         # film that does not touch itself feels no contact; `restrict` refuses states in which it does
         [part for part in balloon.parts if not isinstance(part, SelfContact)],

@@ -98,6 +98,8 @@ def distort(
     Collective.
     """
     checks.integer("steps", steps, 1)
+    for name, value in (("first", first), ("min_step", min_step), ("rtol", rtol)):
+        checks.positive(name, value, "")
     s = getattr(start, "parameter", 0.0) if begin is None else checks.finite("begin", begin, distortion.unit)
     balloon = constrain(start.balloon, distortion)
     q = _transfer(start, balloon, s)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _petsc, _whole, measures
+from lobefem import _petsc, _whole, checks, measures
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
@@ -230,6 +230,8 @@ def inflate(
     Collective.
     """
     _check_pressure(pressure)
+    for name, value in (("min_step", min_step), ("rtol", rtol)):
+        checks.positive(name, value, "")
     require_whole(balloon)
     if prestress is None:
         prestress = pressure if balloon.prestressed else 0.0

@@ -263,6 +263,10 @@ def _check_balloon(balloon: Balloon) -> None:
             "tangent jumps, so there is no one critical pressure to refine; study isotropic film or fixed "
             "wrinkles, whose verdict has its bounds"
         )
+    if not isinstance(balloon.film, (Isotropic, FixedWrinkles)):
+        raise InputError(
+            f"a mesh study is of isotropic film or fixed wrinkles, not of {type(balloon.film).__name__}"
+        )
     if balloon.order != 1:
         raise InputError(
             "a mesh study needs linear cells (order 1): with curved ones a harmonic n of N divisions also "

@@ -28,8 +28,9 @@ Array = npt.NDArray[np.float64]
 
 def edge_nodes(V: Any, surface: Any, group: str) -> npt.NDArray[np.int32]:
     """Node indices, owned and ghosts, of a surface's edge group. Collective."""
-    if group not in surface.groups:
-        raise InputError(f"no edge group '{group}' on this surface; it has {sorted(surface.groups)}")
+    edges = sorted(name for name, (dimension, _) in surface.groups.items() if dimension == 1)
+    if group not in edges:
+        raise InputError(f"no edge group '{group}' on this surface; it has {edges}")
     facets = surface.edges.find(surface.groups[group][1])
     return fem.locate_dofs_topological(V, 1, facets)
 

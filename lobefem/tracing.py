@@ -291,10 +291,7 @@ class _Path:
 
     def modes(self, state: Equilibrium) -> Modes:
         """The lowest pair of a state, turns that its supports leave apart. Collective."""
-        balloon = self.balloon
-        modes = find_modes(state, 2 + num_turns(balloon))
-        own = [m for m in modes.modes if not is_turn(balloon, state.displacement, m.displacement)]
-        modes = replace(modes, modes=tuple(own) or modes.modes)
+        modes = _without_turns(state, 2)
         self.visited += ((state.pressure, modes[0].value.real),)
         if self.progress is not None:
             self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
@@ -344,8 +341,7 @@ class _Path:
         p, reach = low.state.pressure, 5 * self.rtol * abs(low.state.pressure)
         before = _state(self.balloon, self.state, p * (1 - 3 * self.rtol), low.state, self.progress)
         # the critical mode need not be the lowest one yet
-        count = min(8, self.balloon.map.size)
-        near, last = (find_modes(state, count) for state in (before, low.state))
+        near, last = (_without_turns(state, 8) for state in (before, low.state))
         found: list[tuple[float, Mode]] = []
         for branch in follow([near, last]):
             if len(branch.pressures) == 2:
@@ -373,6 +369,14 @@ class _Path:
         point = "limit point" if share > _LIMIT_POINT else "bifurcation"
         divisions = self.balloon.surface.divisions
         return CriticalPoint(pressure, mode, point, share, modes.state, bracket, self.visited, divisions)
+
+
+def _without_turns(state: Equilibrium, count: int) -> Modes:
+    """The lowest modes of a state but for the turns that its supports leave. Collective."""
+    balloon = state.balloon
+    modes = find_modes(state, min(count + num_turns(balloon), balloon.map.size))
+    own = [m for m in modes.modes if not is_turn(balloon, state.displacement, m.displacement)]
+    return replace(modes, modes=tuple(own) or modes.modes)
 
 
 def _check_state(balloon: Balloon, state: str) -> None:

@@ -323,6 +323,7 @@ def test_errors_of_parts_that_do_not_go_together(comm):
             "SelfContact",
         ),
         ([Held("rim")], r"no edge group 'rim' on this surface; it has \["),
+        ([Held("lobe_1")], r"no edge group 'lobe_1' on this surface; it has \["),
         ([Cords(on=("seam_9",))], r"no edge group 'seam_9' on this surface; it has \["),
     ):
         with pytest.raises(InputError, match=text):

@@ -1,12 +1,14 @@
 """One sector against the full model (docs/theory/harmonics.md)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg
 
 from lobefem import _dolfinx  # noqa: F401
 from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
+from lobefem.cables import Cords, Hoops
 from lobefem.chart import harmonic_chart
 from lobefem.critical import critical_pressure
 from lobefem.cyclic import Sector
@@ -151,6 +153,18 @@ def test_what_one_sector_holds_alone_is_of_no_single_harmonic():
         found = critical_pressure(tethered)
         assert found.pressure == pytest.approx(critical_pressure(tethered, full=True).pressure, rel=1e-12)
         assert found.pressure >= limit * (1 - 1e-9)
+
+
+def test_cords_on_edges_of_ones_own_are_of_no_single_harmonic():
+    """A sector is meshed anew, without the edges that a user has named."""
+    surface = lobed_cylinder(2, (4, 8))
+    own = replace(surface, groups=surface.groups | {"tendon_1": surface.groups["seam_1"]})
+    parts = [GasPressure("closed"), EndPlates(), Cords(EA=1e6, on=("tendon_*",))]
+    balloon = Balloon(own, Isotropic(), parts, prestressed=True)
+    with pytest.raises(InputError, match=r"cords on tendon_\* lie on edges that one sector lacks"):
+        find_modes(ideal_state(balloon, 100.0), 2, harmonics=[2])
+    found = critical_pressure(balloon)
+    assert found.pressure == pytest.approx(critical_pressure(balloon, full=True).pressure, rel=1e-9)
 
 
 def test_harmonics_that_a_sector_cannot_tell_apart_are_told_by_their_shape():

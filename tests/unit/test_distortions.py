@@ -395,3 +395,17 @@ def test_errors(comm, start):
     ):
         with pytest.raises(InputError, match=text):
             make()
+
+
+@pytest.mark.parametrize("wrong", [{"first": 0.0}, {"first": -1.0}, {"min_step": 0.0}, {"rtol": math.nan}])
+def test_increments_that_lead_nowhere_are_refused(comm, wrong):
+    surface = lobed_cylinder(2, (4, 6), comm=comm)
+    balloon = Balloon(
+        surface, TensionField(), [GasPressure("closed"), Hoops(), EndPlates()], prestressed=True
+    )
+    state = inflate(balloon, 5.0)
+    with pytest.raises(InputError, match=r"give a (positive|finite) number"):
+        distort(state, Tip(0.1), **wrong)
+    if "first" not in wrong:
+        with pytest.raises(InputError, match=r"give a (positive|finite) number"):
+            inflate(balloon, 5.0, **wrong)

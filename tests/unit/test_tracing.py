@@ -254,3 +254,11 @@ def test_paths_refuse_what_they_cannot_do(comm):
     same = critical_point(pyramid(comm, 2.0), start=0.01 * snap, limit=2 * snap)
     assert low.pressure == pytest.approx(same.pressure, rel=1e-3)
     assert abs(low.visited[0][0]) < abs(snap) / 5
+
+
+def test_turns_are_no_modes_of_a_path(comm):
+    parts = [GasPressure("closed"), Hoops(), EndPlates(support="pinned")]
+    state = inflate(Balloon(lobed_cylinder(2, (4, 6), comm=comm), Isotropic(), parts), 1000.0)
+    every, own = find_modes(state, 5), tracing._without_turns(state, 3)
+    assert np.abs(every.values[:2]).max() < 1e-6 < own.values.real.min()
+    np.testing.assert_allclose(own.values, every.values[2:5], rtol=1e-6)
