@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from lobefem._style import COLOURS, LEDGER, MM, STYLE
 from lobefem.units import pascals
@@ -68,6 +68,7 @@ def harmonic_pressures(chart: HarmonicChart, *, title: str = "", width: float = 
                 fontsize=6.5,
             )
             axes.set_ylim(low / 3, 4 * high)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set(xlabel="harmonic $n$", ylabel="critical pressure [Pa]")
         mesh = f"{chart.divisions[0]} × {chart.divisions[1]} divisions"
         axes.set_title(title or f"{lobes}, {mesh}", loc="left")

@@ -22,6 +22,7 @@ import numpy.typing as npt
 from lobefem import _petsc, _snes
 from lobefem.balloon import Balloon
 from lobefem.log import logger
+from lobefem.measures import stiffness_scale
 
 # isort: split
 from mpi4py import MPI
@@ -127,7 +128,7 @@ def damping_scale(balloon: Balloon) -> float:
     A mode with the eigenvalue lambda = p/sqrt(A), the stiffness scale of a pressurised film, then
     decays with the time constant c/lambda = 1 s.
     """
-    return abs(float(balloon.pressure.value)) / math.sqrt(balloon.reference_area)
+    return stiffness_scale(balloon, float(balloon.pressure.value))
 
 
 _WHY: Any = PETSc.TS.ConvergedReason

@@ -30,6 +30,7 @@ __all__ = [
     "owned_nodes",
     "region_areas",
     "region_shares",
+    "stiffness_scale",
     "straining_share",
     "stress_resultants",
     "true_resultants",
@@ -177,6 +178,11 @@ def largest_of_state(balloon: Balloon, displacement: Array) -> float:
     if balloon.guide is not None or not free_to_turn(balloon):
         return largest(balloon, displacement)
     return distance_of(balloon, np.zeros_like(displacement), displacement)[0]
+
+
+def stiffness_scale(balloon: Balloon, pressure: float) -> float:
+    """|p|/sqrt(A), the stiffness of a film under pressure [Pa/m], A its area."""
+    return abs(pressure) / math.sqrt(balloon.reference_area)
 
 
 def num_turns(balloon: Balloon) -> int:

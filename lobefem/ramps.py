@@ -24,6 +24,7 @@ from lobefem.errors import ConvergenceError
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.guides import Guide
 from lobefem.log import logger
+from lobefem.measures import stiffness_scale
 from lobefem.progress import said
 from lobefem.units import in_degrees
 
@@ -276,7 +277,7 @@ class Ramp:
         if not self._newton.symmetric:
             return True
         K, B = balloon.tangent(self.q).copy(), balloon.mass(self.q)
-        scale = abs(float(balloon.pressure.value)) / math.sqrt(balloon.reference_area)
+        scale = stiffness_scale(balloon, float(balloon.pressure.value))
         # rigid motions that the supports leave have eigenvalues of no sign
         K.axpy(_NEUTRAL * scale, B, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         negative = _petsc.num_negative(K)

@@ -26,7 +26,7 @@ from lobefem.equilibrium import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.harmonics import label, spectrum
 from lobefem.log import logger
-from lobefem.measures import displacement_of, free_to_turn, largest
+from lobefem.measures import displacement_of, free_to_turn, largest, stiffness_scale
 from lobefem.profiling import timed
 from lobefem.sector_modes import modes_of_harmonics
 
@@ -304,7 +304,7 @@ def _num_below(eps: Any, value: float) -> int:
 def _scale(balloon: Balloon) -> float:
     """A hundredth of p/sqrt(area), the stiffness scale of a pressurised film [Pa/m]."""
     pressure = max(abs(float(balloon.pressure.value)), abs(float(balloon.prestress.value)), 1e-3)
-    return 1e-2 * pressure / math.sqrt(balloon.reference_area)
+    return 1e-2 * stiffness_scale(balloon, pressure)
 
 
 def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, ...]) -> Modes:
@@ -432,6 +432,5 @@ def _neutral(state: Equilibrium, mass: str) -> float:
     balloon = state.balloon
     if not free_to_turn(balloon):
         return 0.0
-    area = balloon.reference_area
-    scale = area / balloon.V.dofmap.index_map.size_global if mass == "nodal" else 1.0
-    return NEUTRAL * abs(state.pressure) / math.sqrt(area) * scale
+    scale = balloon.reference_area / balloon.V.dofmap.index_map.size_global if mass == "nodal" else 1.0
+    return NEUTRAL * scale * stiffness_scale(balloon, state.pressure)

@@ -9,39 +9,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
-from lobefem import _petsc
 from lobefem._glance import Glance, Glanceable, number
-from lobefem._snes import has_symmetric_stiffness
 from lobefem.balloon import Balloon
 from lobefem.branches import Branch, follow, unclear
 from lobefem.equilibrium import Equilibrium, Progress, ideal_state, inflate
 from lobefem.errors import ConvergenceError, InputError, SolveError
-from lobefem.measures import displacement_of, is_turn, num_turns
+from lobefem.path_modes import jumped, load_share, rayleigh, without_turns
 from lobefem.stability import Mode, Modes, check_request, find_modes
 from lobefem.states import Checkpoint
-
-# isort: split
-from petsc4py import PETSc
 
 __all__ = ["STATES", "CriticalPoint", "Trace", "critical_point", "trace"]
 
 Array = npt.NDArray[np.float64]
 STATES = ("ideal", "inflated")
 
-# from linear prediction to a fold u ~ sqrt(p* - p) is a factor of 2; more is another equilibrium
-_JUMP = 4.0
 # share of the load in a critical mode that makes a limit point; that of a bifurcation is round-off,
 # or a share that the mesh breaks the symmetry by
 _LIMIT_POINT = 1e-2
-# share of p/sqrt(A) by which turns that the supports leave are kept apart from zero
-_TURNS = 1e-3
 
 
 @dataclass(frozen=True, repr=False)
@@ -291,7 +282,7 @@ class _Path:
 
     def modes(self, state: Equilibrium) -> Modes:
         """The lowest pair of a state, turns that its supports leave apart. Collective."""
-        modes = _without_turns(state, 2)
+        modes = without_turns(state, 2)
         self.visited += ((state.pressure, modes[0].value.real),)
         if self.progress is not None:
             self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
@@ -305,7 +296,7 @@ class _Path:
             state = inflate(self.balloon, target, start=low.state, min_step=1.0, progress=self.progress)
         except ConvergenceError:
             return None
-        return None if _jumped(low.state, state) else self.modes(state)
+        return None if jumped(low.state, state) else self.modes(state)
 
     def crossing(self, low: Modes, high: Modes) -> CriticalPoint:
         """The zero of the lowest eigenvalue between a stable and an unstable state. Collective."""
@@ -326,7 +317,7 @@ class _Path:
             if lowest < 0:
                 critical = modes
                 return lowest
-            return max(lowest, _rayleigh(modes.state, critical[0].displacement))
+            return max(lowest, rayleigh(modes.state, critical[0].displacement))
 
         a, b = low.state.pressure, high.state.pressure
         brentq(value, a, b, xtol=1e-12 * abs(a), rtol=self.rtol / 4)
@@ -341,7 +332,7 @@ class _Path:
         p, reach = low.state.pressure, 5 * self.rtol * abs(low.state.pressure)
         before = _state(self.balloon, self.state, p * (1 - 3 * self.rtol), low.state, self.progress)
         # the critical mode need not be the lowest one yet
-        near, last = (_without_turns(state, 8) for state in (before, low.state))
+        near, last = (without_turns(state, 8) for state in (before, low.state))
         found: list[tuple[float, Mode]] = []
         for branch in follow([near, last]):
             if len(branch.pressures) == 2:
@@ -365,18 +356,10 @@ class _Path:
     def _record(
         self, pressure: float, modes: Modes, mode: Mode, bracket: tuple[float, float]
     ) -> CriticalPoint:
-        share = _load_share(modes, mode)
+        share = load_share(modes, mode)
         point = "limit point" if share > _LIMIT_POINT else "bifurcation"
         divisions = self.balloon.surface.divisions
         return CriticalPoint(pressure, mode, point, share, modes.state, bracket, self.visited, divisions)
-
-
-def _without_turns(state: Equilibrium, count: int) -> Modes:
-    """The lowest modes of a state but for the turns that its supports leave. Collective."""
-    balloon = state.balloon
-    modes = find_modes(state, min(count + num_turns(balloon), balloon.map.size))
-    own = [m for m in modes.modes if not is_turn(balloon, state.displacement, m.displacement)]
-    return replace(modes, modes=tuple(own) or modes.modes)
 
 
 def _check_state(balloon: Balloon, state: str) -> None:
@@ -396,107 +379,3 @@ def _state(
     if kind == "ideal":
         return ideal_state(balloon, pressure)
     return inflate(balloon, pressure, start=start, progress=progress)  # type: ignore[arg-type]
-
-
-def _load_rate(state: Equilibrium, q: Any) -> Any:
-    """The change dr/dp of the residual with the pressure, and the built-in stress with it. Collective."""
-    balloon, p, p0 = state.balloon, state.pressure, state.prestress
-    step = 1e-3 * abs(p)
-    share = 1.0 if balloon.prestressed else 0.0
-    rate, lower = q.duplicate(), q.duplicate()
-    for sign, r in ((1, rate), (-1, lower)):
-        balloon.set_loads(p + sign * step, p0 + sign * share * step)
-        balloon.residual(q, r)
-    rate.axpy(-1.0, lower)
-    rate.scale(1 / (2 * step))
-    balloon.set_loads(p, p0)
-    return rate
-
-
-def _factor(matrix: Any, symmetric: bool) -> Any:
-    ksp = PETSc.KSP().create(matrix.getComm())
-    ksp.setOptionsPrefix("lobefem_path_")
-    ksp.setOperators(matrix)
-    _petsc.set_direct_solver(ksp, symmetric)
-    return ksp
-
-
-def _length(balloon: Balloon, displacement: Array) -> float:
-    """Root of u . M u [m^2]. Collective."""
-    M = balloon.mass_matrix()
-    x, y = M.createVecs()
-    x.array[:] = displacement.ravel()[: x.getLocalSize()]
-    M.mult(x, y)
-    return math.sqrt(max(x.dot(y), 0.0))
-
-
-def _weighted(state: Equilibrium, q: Any, displacement: Array) -> Any:
-    """J^T M u of nodal displacements: B dq where they are u = J dq. Collective."""
-    balloon = state.balloon
-    M = balloon.mass_matrix()
-    w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
-    x, y = M.createVecs()
-    x.array[:] = displacement.ravel()[: x.getLocalSize()]
-    M.mult(x, y)
-    reduced = q.duplicate()
-    balloon.map.jacobian(w, dw).multTranspose(y, reduced)
-    return reduced
-
-
-def _rayleigh(state: Equilibrium, displacement: Array) -> float:
-    """phi.K phi/phi.B phi of nodal displacements at a state. Collective."""
-    q = state.activate()
-    B = state.balloon.mass(q)
-    inverse = _factor(B, True)
-    weighted = _weighted(state, q, displacement)
-    phi = q.duplicate()
-    inverse.solve(weighted, phi)
-    inverse.destroy()
-    B.destroy()
-    return state.balloon.second_variation(q, phi, phi) / phi.dot(weighted)
-
-
-def _jumped(before: Equilibrium, after: Equilibrium) -> bool:
-    """Whether a step went much further than the tangent K dq/dp = -dr/dp says. Collective."""
-    balloon = before.balloon
-    q = before.activate()
-    rate = _load_rate(before, q)
-    symmetric = has_symmetric_stiffness(balloon, q)
-    K = balloon.tangent(q)
-    ksp = _factor(K, symmetric and _petsc.asymmetry(K) < _petsc.SYMMETRIC)
-    dq = q.duplicate()
-    ksp.solve(rate, dq)
-    ksp.destroy()
-    predicted = _length(balloon, displacement_of(balloon, q, dq)) * abs(after.pressure - before.pressure)
-    return _length(balloon, after.displacement - before.displacement) > _JUMP * predicted
-
-
-def _load_share(modes: Modes, mode: Mode) -> float:
-    """`CriticalPoint.projection` of a mode. Collective."""
-    state = modes.state
-    balloon = state.balloon
-    q = state.activate()
-    f = _load_rate(state, q)
-    K, B = balloon.tangent(q), balloon.mass(q)
-    if num_turns(balloon):  # as near zero as the mode, but not nearer
-        scale = abs(state.pressure) / math.sqrt(balloon.reference_area)
-        K.axpy(_TURNS * scale, B, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
-    ksp = _factor(K, modes.symmetric)
-    solve: Callable[[Any, Any], None] = ksp.solve if modes.symmetric else ksp.solveTranspose
-    inverse = _factor(B, True)
-    z, g = q.duplicate(), q.duplicate()
-    inverse.solve(f, g)
-    size, share = math.sqrt(f.dot(g)), 0.0
-    for part in (mode.displacement, mode.displacement_imag):
-        Bz = _weighted(state, q, part)
-        if Bz.norm() == 0.0 or size == 0.0:
-            continue
-        for _ in range(2):  # inverse iteration: K is all but singular
-            solve(Bz, z)
-            z.scale(1 / z.norm())
-            B.mult(z, Bz)
-        share = max(share, abs(z.dot(f)) / (math.sqrt(z.dot(Bz)) * size))
-    for solver in (ksp, inverse):
-        solver.destroy()
-    B.destroy()
-    return share

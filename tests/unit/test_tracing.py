@@ -20,6 +20,7 @@ from lobefem import (
     ideal_state,
     inflate,
     lobed_cylinder,
+    path_modes,
     tracing,
 )
 from lobefem.errors import ConvergenceError, InputError
@@ -259,6 +260,6 @@ def test_paths_refuse_what_they_cannot_do(comm):
 def test_turns_are_no_modes_of_a_path(comm):
     parts = [GasPressure("closed"), Hoops(), EndPlates(support="pinned")]
     state = inflate(Balloon(lobed_cylinder(2, (4, 6), comm=comm), Isotropic(), parts), 1000.0)
-    every, own = find_modes(state, 5), tracing._without_turns(state, 3)
+    every, own = find_modes(state, 5), path_modes.without_turns(state, 3)
     assert np.abs(every.values[:2]).max() < 1e-6 < own.values.real.min()
     np.testing.assert_allclose(own.values, every.values[2:5], rtol=1e-6)

@@ -1,0 +1,142 @@
+"""What `lobefem.tracing` asks of single states of a path: modes, their share of the load, jumps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import _petsc
+from lobefem._snes import has_symmetric_stiffness
+from lobefem.balloon import Balloon
+from lobefem.equilibrium import Equilibrium
+from lobefem.measures import displacement_of, is_turn, num_turns, stiffness_scale
+from lobefem.stability import Mode, Modes, find_modes
+
+# isort: split
+from petsc4py import PETSc
+
+__all__ = ["jumped", "load_share", "rayleigh", "without_turns"]
+
+Array = npt.NDArray[np.float64]
+
+# from linear prediction to a fold u ~ sqrt(p* - p) is a factor of 2; more is another equilibrium
+_JUMP = 4.0
+# share of p/sqrt(A) by which turns that the supports leave are kept apart from zero
+_TURNS = 1e-3
+
+
+def without_turns(state: Equilibrium, count: int) -> Modes:
+    """The lowest modes of a state but for the turns that its supports leave. Collective."""
+    balloon = state.balloon
+    modes = find_modes(state, min(count + num_turns(balloon), balloon.map.size))
+    own = [m for m in modes.modes if not is_turn(balloon, state.displacement, m.displacement)]
+    return replace(modes, modes=tuple(own) or modes.modes)
+
+
+def _load_rate(state: Equilibrium, q: Any) -> Any:
+    """The change dr/dp of the residual with the pressure, and the built-in stress with it. Collective."""
+    balloon, p, p0 = state.balloon, state.pressure, state.prestress
+    step = 1e-3 * abs(p)
+    share = 1.0 if balloon.prestressed else 0.0
+    rate, lower = q.duplicate(), q.duplicate()
+    for sign, r in ((1, rate), (-1, lower)):
+        balloon.set_loads(p + sign * step, p0 + sign * share * step)
+        balloon.residual(q, r)
+    rate.axpy(-1.0, lower)
+    rate.scale(1 / (2 * step))
+    balloon.set_loads(p, p0)
+    return rate
+
+
+def _factor(matrix: Any, symmetric: bool) -> Any:
+    ksp = PETSc.KSP().create(matrix.getComm())
+    ksp.setOptionsPrefix("lobefem_path_")
+    ksp.setOperators(matrix)
+    _petsc.set_direct_solver(ksp, symmetric)
+    return ksp
+
+
+def _length(balloon: Balloon, displacement: Array) -> float:
+    """Root of u . M u [m^2]. Collective."""
+    M = balloon.mass_matrix()
+    x, y = M.createVecs()
+    x.array[:] = displacement.ravel()[: x.getLocalSize()]
+    M.mult(x, y)
+    return math.sqrt(max(x.dot(y), 0.0))
+
+
+def _weighted(state: Equilibrium, q: Any, displacement: Array) -> Any:
+    """J^T M u of nodal displacements: B dq where they are u = J dq. Collective."""
+    balloon = state.balloon
+    M = balloon.mass_matrix()
+    w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
+    x, y = M.createVecs()
+    x.array[:] = displacement.ravel()[: x.getLocalSize()]
+    M.mult(x, y)
+    reduced = q.duplicate()
+    balloon.map.jacobian(w, dw).multTranspose(y, reduced)
+    return reduced
+
+
+def rayleigh(state: Equilibrium, displacement: Array) -> float:
+    """phi.K phi/phi.B phi of nodal displacements at a state. Collective."""
+    q = state.activate()
+    B = state.balloon.mass(q)
+    inverse = _factor(B, True)
+    weighted = _weighted(state, q, displacement)
+    phi = q.duplicate()
+    inverse.solve(weighted, phi)
+    inverse.destroy()
+    B.destroy()
+    return state.balloon.second_variation(q, phi, phi) / phi.dot(weighted)
+
+
+def jumped(before: Equilibrium, after: Equilibrium) -> bool:
+    """Whether a step went much further than the tangent K dq/dp = -dr/dp says. Collective."""
+    balloon = before.balloon
+    q = before.activate()
+    rate = _load_rate(before, q)
+    symmetric = has_symmetric_stiffness(balloon, q)
+    K = balloon.tangent(q)
+    ksp = _factor(K, symmetric and _petsc.asymmetry(K) < _petsc.SYMMETRIC)
+    dq = q.duplicate()
+    ksp.solve(rate, dq)
+    ksp.destroy()
+    predicted = _length(balloon, displacement_of(balloon, q, dq)) * abs(after.pressure - before.pressure)
+    return _length(balloon, after.displacement - before.displacement) > _JUMP * predicted
+
+
+def load_share(modes: Modes, mode: Mode) -> float:
+    """`CriticalPoint.projection` of a mode. Collective."""
+    state = modes.state
+    balloon = state.balloon
+    q = state.activate()
+    f = _load_rate(state, q)
+    K, B = balloon.tangent(q), balloon.mass(q)
+    if num_turns(balloon):  # as near zero as the mode, but not nearer
+        shift = _TURNS * stiffness_scale(balloon, state.pressure)
+        K.axpy(shift, B, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+    ksp = _factor(K, modes.symmetric)
+    solve: Callable[[Any, Any], None] = ksp.solve if modes.symmetric else ksp.solveTranspose
+    inverse = _factor(B, True)
+    z, g = q.duplicate(), q.duplicate()
+    inverse.solve(f, g)
+    size, share = math.sqrt(f.dot(g)), 0.0
+    for part in (mode.displacement, mode.displacement_imag):
+        Bz = _weighted(state, q, part)
+        if Bz.norm() == 0.0 or size == 0.0:
+            continue
+        for _ in range(2):  # inverse iteration: K is all but singular
+            solve(Bz, z)
+            z.scale(1 / z.norm())
+            B.mult(z, Bz)
+        share = max(share, abs(z.dot(f)) / (math.sqrt(z.dot(Bz)) * size))
+    for solver in (ksp, inverse):
+        solver.destroy()
+    B.destroy()
+    return share
