@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
 
 from lobefem.balloon import Balloon
 from lobefem.measures import nodal_areas, straining_share
@@ -66,6 +65,8 @@ def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> A
             field, rings, np.rint(angle * around / (2 * np.pi)), around, num_rings, orders
         )
     else:
+        from scipy import sparse  # slow to import, and our own meshes are grids
+
         ringwise = sparse.csr_array((np.ones(n), (rings, np.arange(n))), (num_rings, n))
         coefficients = np.stack([ringwise @ (field * np.exp(-1j * k * angle)[:, None]) for k in orders])
     balloon.comm.Allreduce(MPI.IN_PLACE, coefficients)
@@ -88,16 +89,13 @@ def _of_grid(
 ) -> npt.NDArray[np.complex128]:
     """Sums over each ring of field e^{-i k theta}, (orders, rings, 3), of nodes at equal angles.
 
-    The nodes fill a part of a grid; of the grid's columns that they lie in one product with the matrix
-    of all e^{-i k theta} serves all orders.
+    The nodes fill a part of a grid; what is not this rank's is zero.
     """
     coefficients = np.zeros((len(orders), num_rings, 3), dtype=complex)
     here, row = np.unique(rings, return_inverse=True)
-    there, column = np.unique(columns, return_inverse=True)
-    grid = np.zeros((len(there), len(here), 3), dtype=complex)
-    grid[column, row] = field
-    waves = np.exp(-2j * np.pi / around * np.outer(orders, there))
-    coefficients[:, here] = np.tensordot(waves, grid, 1)
+    grid = np.zeros((len(here), 3, around), dtype=complex)
+    grid[row, :, columns.astype(np.int64) % around] = field
+    coefficients[:, here] = np.moveaxis(np.fft.fft(grid)[..., orders % around], 2, 0)
     return coefficients
 
 

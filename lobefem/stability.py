@@ -20,7 +20,6 @@ from lobefem import _petsc, _whole
 from lobefem._glance import Glance, Glanceable
 from lobefem._snes import has_symmetric_stiffness
 from lobefem.balloon import Balloon
-from lobefem.cyclic import Sector
 from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, solver, with_conjugates
 from lobefem.equilibrium import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
@@ -28,7 +27,6 @@ from lobefem.harmonics import label, spectrum
 from lobefem.log import logger
 from lobefem.measures import displacement_of, free_to_turn, largest, stiffness_scale
 from lobefem.profiling import timed
-from lobefem.sector_modes import modes_of_harmonics
 
 # isort: split
 from petsc4py import PETSc
@@ -309,6 +307,9 @@ def _scale(balloon: Balloon) -> float:
 
 def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, ...]) -> Modes:
     """The lowest modes of some harmonics, each value as often as the full model has it."""
+    from lobefem.cyclic import Sector  # slow to import, as is SciPy with it: all modes need neither
+    from lobefem.sector_modes import modes_of_harmonics
+
     balloon = state.balloon
     sector = Sector(balloon)
     for n in harmonics:

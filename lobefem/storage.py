@@ -28,7 +28,6 @@ from typing import TYPE_CHECKING, Any
 
 from lobefem._files import on_root, replace, replacing, require_writable, save_json, to_json
 from lobefem.balloon import Balloon
-from lobefem.distortions import release_start
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
 from lobefem.fields import Snapshot, save_fields
@@ -303,8 +302,12 @@ class RunFolder:
         states = [s.state for s in snapshots if s.state is not None]
         if states:
             last = states[-1]
-            # a distorted one without its constraint, which no balloon that is read back knows
-            save_state(self.path / "state.npz", last if last.balloon.free is None else release_start(last))
+            if last.balloon.free is not None:
+                from lobefem.distortions import release_start  # seldom needed
+
+                # without its constraint, which no balloon that is read back knows
+                last = release_start(last)
+            save_state(self.path / "state.npz", last)
         if snapshots:
             save_fields(self.path, snapshots)
         for name, draw in figures.items():

@@ -150,9 +150,7 @@ def modes(
     Raises:
         InputError: an ideal state asked of a cylinder.
     """
-    # slow to import: inflate does without
-    from lobefem.kink import has_kink, one_sided_modes
-    from lobefem.stability import find_modes
+    from lobefem.stability import find_modes  # slow to import: inflate does without
 
     check_state(state, design)
     results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
@@ -165,7 +163,11 @@ def modes(
     results["warnings"] += cautions.of_pressures(design, design.pressure.value)
     outcome = Outcome(results)
     balloon = design.balloon(design.surface(comm), prestressed=True if state == "ideal" else None)
-    two_sided = state == "ideal" and has_kink(balloon)
+    two_sided = False
+    if state == "ideal" and design.film.law in FIELDS:
+        from lobefem import kink  # slow to import, as is SciPy with it
+
+        two_sided = kink.has_kink(balloon)
     previous: Equilibrium | None = None
     pressures = design.pressure.value
     for number, pressure in enumerate(pressures, 1):
@@ -187,7 +189,7 @@ def modes(
                 say(said(f"modes at {pressure:g} Pa", 0.5 if state == "inflated" else 0.0))
             sides = None
             if two_sided:
-                sides = one_sided_modes(balloon, pressure, count, mass=mass, harmonics=harmonics)
+                sides = kink.one_sided_modes(balloon, pressure, count, mass=mass, harmonics=harmonics)
                 found = sides.wrinkled
             else:
                 found = find_modes(held, count, mass=mass, harmonics=harmonics)
@@ -231,7 +233,6 @@ def modes(
 
 def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
     """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
-    from lobefem.branches import follow  # slow to import, as is SciPy with it
     from lobefem.stability import Modes
 
     sweep = {
@@ -239,6 +240,8 @@ def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
     }
     if len(sweep) < 2:
         return []
+    from lobefem.branches import follow  # slow to import, as is SciPy with it
+
     return [
         vars(b) | {"pressures": b.pressures.tolist(), "values": b.values.tolist()}
         for b in follow(list(sweep.values()))

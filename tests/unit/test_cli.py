@@ -412,6 +412,21 @@ def test_help_loads_nothing_heavy():
 
 
 @alone
+@pytest.mark.parametrize("command", [["inflate"], ["modes", "--film", "isotropic", "--count", "2"]])
+def test_a_solve_loads_nothing_that_it_does_not_need(command):
+    program = textwrap.dedent(f"""
+        import sys
+        from lobefem.cli import main
+        assert main([*{command!r}, {str(SINGLE)!r}, *{COARSE!r}, "--quiet"]) == 0
+        needless = {{"scipy", "ipctk", "pyvista", "matplotlib", "lobefem.distortions", "lobefem.report"}}
+        print(sorted(needless & set(sys.modules)))
+    """)
+    done = start(sys.executable, "-c", program)
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@alone
 def test_a_process_prints_json_alone():
     done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, *COARSE, "--json", "-")
     assert done.returncode == 0
