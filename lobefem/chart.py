@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import checks
 from lobefem._banded import HERMITIAN, Band, asymmetry, lowest, most_negative
 from lobefem._files import on_all
 from lobefem._glance import Glance, Glanceable, number
@@ -97,7 +98,7 @@ class OneHarmonic:
 
 def harmonic_chart(
     balloon: Balloon,
-    harmonics: Iterable[int] | None = None,
+    harmonics: int | Iterable[int] | None = None,
     *,
     comm: Any = None,
     at: tuple[float, float] = LINEAR,
@@ -109,7 +110,7 @@ def harmonic_chart(
 
     Args:
         balloon: prestressed, on a structured surface or on one sector of it (`sector=True`).
-        harmonics: which; by default all that the mesh has, 0 to N/2.
+        harmonics: which one or which ones; by default all that the mesh has, 0 to N/2.
         comm: the ranks that share the work (default: the whole balloon's, all of them for a sector).
         at: pressures of the two tangents that make the pencil [Pa].
         known: rows of an earlier run, by harmonic, that are not to be found again.
@@ -120,9 +121,10 @@ def harmonic_chart(
         InputError: the balloon is not prestressed, or its mesh has no such harmonics.
         EigenError: a harmonic's problem did not converge.
     """
+    asked = () if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     require_prestress(balloon)
     sector = Sector(balloon)
-    chosen = tuple(sector.harmonics if harmonics is None else harmonics)
+    chosen = tuple(sector.harmonics) if harmonics is None else asked
     if comm is None:
         comm = MPI.COMM_WORLD if balloon.surface.copies != 1 else balloon.comm
     rows = {n: row for n, row in known.items() if n in chosen}

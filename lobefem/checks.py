@@ -7,13 +7,14 @@ call.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from lobefem.errors import InputError
 
-__all__ = ["finite", "integer", "one_of", "positive"]
+__all__ = ["finite", "integer", "integers", "numbers", "one_of", "positive"]
 
 
 def finite(name: str, value: Any, unit: str) -> float:
@@ -40,6 +41,21 @@ def integer(name: str, value: Any, least: int) -> int:
     if value < least:
         raise InputError(f"{name} is {value}; give {least} or more")
     return int(value)
+
+
+def integers(name: str, values: Any, least: int) -> tuple[int, ...]:
+    """Several integers of at least `least`, or a single one; `name` is that of one."""
+    several = isinstance(values, Iterable) and not isinstance(values, str)
+    return tuple(integer(name, value, least) for value in (values if several else (values,)))
+
+
+def numbers(name: str, values: Any, unit: str, count: int | None = None) -> tuple[float, ...]:
+    """Finite numbers in a row, `count` of them."""
+    row = isinstance(values, (tuple, list, range, np.ndarray)) and getattr(values, "ndim", 1) == 1
+    if not row or len(values) != (count or len(values)):
+        amount = f"{count} numbers" if count else "numbers"
+        raise InputError(f"{name} is {values!r}; give {amount} [{unit}] in a row, as (0, 1, 2)")
+    return tuple(finite(f"a part of {name}", value, unit) for value in values)
 
 
 def one_of(name: str, value: Any, allowed: tuple[str, ...]) -> str:

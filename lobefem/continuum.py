@@ -53,10 +53,12 @@ def continuum_pressure(harmonic: int, film: Film, shape: Lobe | None = None, *, 
         film strain of 1000 % makes it unstable.
 
     Raises:
-        InputError: another film law, or an impossible harmonic.
+        InputError: another film law, another shape, or an impossible harmonic.
     """
     n = checks.integer("the harmonic", harmonic, 1)
     shape = Isotensoid.from_edge_radius() if shape is None else shape
+    if not isinstance(shape, Lobe):
+        raise InputError(f"shape is {shape!r}; give an Isotensoid, a FormedLobe, or None for the paper's")
     _shares(film)
     return _critical(n, film, shape, checks.integer("the degree", degree, 2))
 

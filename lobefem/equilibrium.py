@@ -160,7 +160,7 @@ def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
 
     Collective.
     """
-    _check_pressure(pressure)
+    checks.finite("pressure", pressure, "Pa")
     require_whole(balloon)
     require_drawn(balloon)
     if not balloon.prestressed:
@@ -229,13 +229,13 @@ def inflate(
 
     Collective.
     """
-    _check_pressure(pressure)
+    checks.finite("pressure", pressure, "Pa")
     for name, value in (("min_step", min_step), ("rtol", rtol)):
         checks.positive(name, value, "")
     require_whole(balloon)
     if prestress is None:
         prestress = pressure if balloon.prestressed else 0.0
-    if prestress and not balloon.prestressed:
+    if checks.finite("prestress", prestress, "Pa") and not balloon.prestressed:
         raise InputError(f"prestress = {prestress} Pa needs a balloon with prestressed=True")
     if start is not None and start.balloon.map.size != balloon.map.size:
         raise InputError(
@@ -440,8 +440,3 @@ def require_drawn(balloon: Balloon) -> None:
             f"the supports move the film by {moved:.3g} m, and the ideal state is that of the lobes as they "
             "were drawn; leave lift or displacement out, or look at the inflated state"
         )
-
-
-def _check_pressure(pressure: float) -> None:
-    if not math.isfinite(pressure):
-        raise InputError(f"pressure = {pressure} must be a finite number of pascals")

@@ -8,7 +8,6 @@ serves every material.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from typing import Any, ClassVar
 
 import ufl
 
+from lobefem import checks
 from lobefem.errors import InputError
 
 __all__ = ["FILMS", "Film", "FixedWrinkles", "Isotropic", "TensionField", "WrinkledField"]
@@ -44,10 +44,9 @@ class Film(ABC):
     thickness: float = 5e-5
 
     def __post_init__(self) -> None:
-        for name, value in (("E", self.E), ("thickness", self.thickness)):
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"film {name} = {value} must be a positive number (SI units)")
-        if not -1 < self.nu <= 0.5:
+        checks.positive("film E", self.E, "Pa")
+        checks.positive("film thickness", self.thickness, "m")
+        if not -1 < checks.finite("film nu", self.nu, "") <= 0.5:
             raise InputError(f"film nu = {self.nu} must lie in (-1, 0.5]; plastics have 0.3 to 0.5")
 
     # whether the law knows a direction of its own, so that its strain varies with the frame
@@ -226,7 +225,7 @@ class WrinkledField(TensionField):
 
 
 def _check_share(share: float) -> None:
-    if not 0 <= share < 1:
+    if not 0 <= checks.finite("slack_stiffness", share, "") < 1:
         raise InputError(
             f"slack_stiffness = {share} must lie in [0, 1); 1e-6 is usual, 1e-4 helps convergence"
         )

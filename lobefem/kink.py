@@ -38,6 +38,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from lobefem import checks
 from lobefem.balloon import Balloon
 from lobefem.chart import LINEAR, HarmonicChart, Row, harmonic_chart, pressure_limit
 from lobefem.critical import CriticalPressure, critical_pressure
@@ -111,7 +112,7 @@ def one_sided_modes(
     count: int = 8,
     *,
     mass: str = "unit",
-    harmonics: Iterable[int] | None = None,
+    harmonics: int | Iterable[int] | None = None,
 ) -> OneSidedModes:
     """The lowest modes of the wrinkled, the mean and the taut tangent of the ideal state.
 
@@ -132,7 +133,7 @@ def one_sided_modes(
     check_request(balloon, count, mass)
     if not pressure > 0:
         raise InputError(f"pressure = {pressure} Pa: unstressed film has no wrinkled tangent; give p > 0")
-    chosen = None if harmonics is None else tuple(harmonics)
+    chosen = None if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     spectra = [
         find_modes(ideal_state(_with(balloon, film), pressure), count, mass=mass, harmonics=chosen)
         for film in films
@@ -165,7 +166,7 @@ def one_sided_pressures(balloon: Balloon, *, harmonic: int | None = None) -> One
 
 def one_sided_charts(
     balloon: Balloon,
-    harmonics: Iterable[int] | None = None,
+    harmonics: int | Iterable[int] | None = None,
     *,
     comm: Any = None,
     known: Sequence[Mapping[int, Row]] = ({}, {}, {}),
@@ -188,7 +189,7 @@ def one_sided_charts(
 
     Collective.
     """
-    chosen = None if harmonics is None else tuple(harmonics)
+    chosen = None if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     wrinkled, mean, taut = (
         harmonic_chart(
             _with(balloon, film),

@@ -126,7 +126,7 @@ def mesh_study(
     make_balloon: Callable[[tuple[int, int]], Balloon],
     divisions: Sequence[tuple[int, int]] = DIVISIONS,
     *,
-    harmonics: Iterable[int] = LOW,
+    harmonics: int | Iterable[int] = LOW,
     published: float | None = None,
     comm: Any = None,
     known: Sequence[HarmonicChart] = (),
@@ -139,7 +139,7 @@ def mesh_study(
         make_balloon: the balloon on given divisions (along a lobe's meridian, around): prestressed, of
             isotensoid lobes, linear, structured. One sector will do (`lobed_cylinder(sector=True)`).
         divisions: of the meshes, three or more, each with more around than the one before.
-        harmonics: the low ones that are followed one by one.
+        harmonics: the low one or ones that are followed one by one.
         published: a critical pressure from elsewhere [Pa] to place on the curve; by default the paper's
             for its own balloon with fixed wrinkles and one lobe or four.
         comm: the ranks that share the harmonics, as for `harmonic_chart`.
@@ -155,7 +155,7 @@ def mesh_study(
     Collective.
     """
     meshes = _checked(divisions)
-    low = tuple(sorted({checks.integer("a harmonic", n, 0) for n in harmonics}))
+    low = tuple(sorted(set(checks.integers("a harmonic", harmonics, 0))))
     if low and low[-1] > meshes[0][1] // 2:
         raise InputError(
             f"harmonic {low[-1]} is more than half of {meshes[0][1]} divisions around, the coarsest mesh's; "

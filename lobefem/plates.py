@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import checks
 from lobefem.errors import InputError
 
 __all__ = ["SUPPORTS", "EndPlates", "PlateLoad", "PlateMotion", "rotation", "sinc"]
@@ -119,7 +120,8 @@ class EndPlates:
         lift: rise of the top plate [m], with "fixed" only.
 
     Raises:
-        InputError: an unknown support, a negative EA, a lift without "fixed".
+        InputError: an unknown support, a bar that is neither a bool nor a positive number, a lift without
+            "fixed".
     """
 
     support: str = "clamped"
@@ -129,11 +131,11 @@ class EndPlates:
     def __post_init__(self) -> None:
         if self.support not in SUPPORTS:
             raise InputError(f"support '{self.support}' is unknown; use one of {', '.join(SUPPORTS)}")
-        if not isinstance(self.bar, bool) and not (math.isfinite(self.bar) and self.bar > 0):
-            raise InputError(f"bar stiffness EA = {self.bar} must be a positive number of newtons")
-        if not math.isfinite(self.lift):
-            raise InputError(f"lift = {self.lift} must be a finite number of metres")
-        if self.lift and self.support != "fixed":
+        if not isinstance(self.bar, (bool, int, float, np.number)):
+            raise InputError(f"bar is {self.bar!r}; give True, False, or its stiffness EA [N]")
+        if not isinstance(self.bar, bool):
+            checks.positive("bar stiffness EA", self.bar, "N")
+        if checks.finite("lift", self.lift, "m") and self.support != "fixed":
             raise InputError(
                 f"lift = {self.lift} m needs support 'fixed', where both rims are held; here it is "
                 f"'{self.support}'"
@@ -157,9 +159,8 @@ class PlateLoad:
     moment: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name, value in (("force", self.force), ("moment", self.moment)):
-            if len(value) != 3 or not all(math.isfinite(v) for v in value):
-                raise InputError(f"a plate's {name} is {value!r}; give three finite numbers, as (0, 0, 1)")
+        checks.numbers("a plate's force", self.force, "N", 3)
+        checks.numbers("a plate's moment", self.moment, "N m", 3)
 
 
 class PlateMotion:

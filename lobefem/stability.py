@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _petsc, _whole
+from lobefem import _petsc, _whole, checks
 from lobefem._glance import Glance, Glanceable
 from lobefem._snes import has_symmetric_stiffness
 from lobefem.balloon import Balloon
@@ -155,7 +155,7 @@ def find_modes(
     *,
     mass: str = "unit",
     tolerance: float = 1e-8,
-    harmonics: Iterable[int] | None = None,
+    harmonics: int | Iterable[int] | None = None,
 ) -> Modes:
     """The lowest modes of a state.
 
@@ -167,7 +167,7 @@ def find_modes(
         count: how many; a complex pair that straddles the end is kept whole.
         mass: "unit" or "nodal".
         tolerance: of SLEPc.
-        harmonics: look at these circumferential harmonics alone, each from one sector of a structured
+        harmonics: look at this circumferential harmonic or these alone, each from one sector of a structured
             mesh (`lobefem.cyclic`): no full tangent is assembled or factorised.
 
     Raises:
@@ -177,10 +177,11 @@ def find_modes(
     Collective.
     """
     balloon = state.balloon
+    asked = () if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     check_request(balloon, count, mass)
     require_whole(balloon)
     if harmonics is not None:
-        return _of_harmonics(state, count, mass, tuple(harmonics))
+        return _of_harmonics(state, count, mass, asked)
     q = state.activate()
     K, B = balloon.tangent(q), balloon.mass(q, mass)
     skew = _petsc.asymmetry(K)

@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import checks
 from lobefem._banded import HERMITIAN, asymmetry, lowest
 from lobefem.balloon import Balloon
 from lobefem.branches import Branch
@@ -34,7 +35,7 @@ def branches(
     pressures: Sequence[float],
     *,
     count: int = 4,
-    harmonics: Iterable[int] | None = None,
+    harmonics: int | Iterable[int] | None = None,
     mass: str = "unit",
 ) -> list[Branch]:
     """The lowest branches of each harmonic, for the held isotensoid with its stress proportional to p.
@@ -45,7 +46,7 @@ def branches(
         balloon: prestressed, on a cyclic mesh.
         pressures: ascending [Pa].
         count: branches of each harmonic; of n = 0 as many twists and as many others, or fewer.
-        harmonics: those looked at; by default all that the mesh has, 0 to N/2.
+        harmonics: that or those looked at; by default all that the mesh has, 0 to N/2.
         mass: "unit" or "nodal".
 
     Raises:
@@ -57,14 +58,15 @@ def branches(
         raise InputError("a sweep of the ideal state needs a prestressed balloon; pass prestressed=True")
     require_drawn(balloon)
     check_request(balloon, count, mass)
-    p = np.asarray(pressures, dtype=float)
-    if p.size == 0 or not np.isfinite(p).all() or (np.diff(p) <= 0).any():
-        raise InputError(f"pressures {list(pressures)} must be finite and ascend")
+    p = np.array(checks.numbers("the path of pressures", pressures, "Pa"))
+    if p.size == 0 or (np.diff(p) <= 0).any():
+        raise InputError(f"pressures {list(pressures)} must ascend")
+    asked = () if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     sector = Sector(balloon)
     M = mass_matrix(sector, sector.balloon.map.create_vector(), mass)
     K_m, K_g, _ = sector_pencil(sector)
     found: list[Branch] = []
-    for n in sector.harmonics if harmonics is None else harmonics:
+    for n in sector.harmonics if harmonics is None else asked:
         K_mn, K_gn, M_n = (sector.reduce(A, n) for A in (K_m, K_g, M))
         # rows: pressures; columns: the lowest, ascending
         wanted = count if n else 4 * count  # of n = 0 there are two kinds

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
+from lobefem import checks
 from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.branches import Branch, follow, unclear
@@ -142,10 +143,10 @@ def trace(
     """
     _check_state(balloon, state)
     check_request(balloon, count, mass)
-    p = np.asarray(pressures, dtype=float)
+    p = checks.numbers("the path of pressures", pressures, "Pa")
     steps = np.diff(p)
-    if p.ndim != 1 or not p.size or not np.isfinite(p).all() or not ((steps > 0).all() or (steps < 0).all()):
-        raise InputError(f"pressures {list(pressures)} must be finite and rise or fall")
+    if not p or not ((steps > 0).all() or (steps < 0).all()):
+        raise InputError(f"pressures {list(pressures)} must rise or fall")
     if refinements < 0:
         raise InputError(f"refinements = {refinements} must be 0 or more")
     found: list[Modes] = []
@@ -164,7 +165,7 @@ def trace(
 
     try:
         for pressure in p:
-            modes = at(float(pressure), found[-1].state if found else None)
+            modes = at(pressure, found[-1].state if found else None)
             if found:
                 found += between(found[-1], modes, refinements)
             found.append(modes)

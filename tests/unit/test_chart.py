@@ -71,12 +71,20 @@ def test_with_complex_eigenvalues_the_real_part_decides():
     assert below > 0 > above
 
 
+def test_a_single_harmonic_needs_no_list():
+    balloon = build(FixedWrinkles(), divisions=(4, 8))
+    one, listed = harmonic_chart(balloon, 2), harmonic_chart(balloon, [2])
+    assert (one.harmonics, one.pressures) == (listed.harmonics, listed.pressures) == ((2,), (one.pressure,))
+
+
 def test_requests_that_make_no_sense_are_refused():
     balloon = build(FixedWrinkles(), divisions=(4, 8))
     with pytest.raises(InputError, match="no harmonics are given"):
         harmonic_chart(balloon, [])
     with pytest.raises(InputError, match="harmonic = 9: a mesh of 8 equal sectors"):
         harmonic_chart(balloon, [9])
+    with pytest.raises(InputError, match=r"^a harmonic is 2.5; give an integer, 0 or more$"):
+        harmonic_chart(balloon, [2.5])
     with pytest.raises(InputError, match="prestressed=True"):
         harmonic_chart(Balloon(balloon.surface, Isotropic(), [EndPlates()]))
 

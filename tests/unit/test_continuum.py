@@ -19,6 +19,7 @@ from lobefem import (
 from lobefem.continuum import continuum_pressure, unstable_from
 from lobefem.errors import InputError
 from lobefem.formed import FormedLobe
+from lobefem.surface import Cylinder
 
 WRINKLED = FixedWrinkles()
 KINK = TensionField(slack_stiffness=0.0)
@@ -97,3 +98,5 @@ def test_what_cannot_be_computed_is_refused():
         continuum_pressure(0, WRINKLED)
     with pytest.raises(InputError, match="none of the laws Isotropic, FixedWrinkles"):
         continuum_pressure(2, "mylar")
+    with pytest.raises(InputError, match=r"^shape is Cylinder\(.*; give an Isotensoid, a FormedLobe"):
+        continuum_pressure(2, WRINKLED, Cylinder())

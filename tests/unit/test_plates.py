@@ -196,9 +196,12 @@ def test_bar_force_of_a_rigid_bar_balances_the_rest():
     ("arguments", "text"),
     [
         ({"support": "welded"}, r"^support 'welded' is unknown; use one of clamped, pinned, fixed$"),
-        ({"bar": -1.0}, r"^bar stiffness EA = -1.0 must be a positive number of newtons$"),
-        ({"bar": math.nan}, r"^bar stiffness EA = nan must be a positive number of newtons$"),
-        ({"support": "fixed", "lift": math.inf}, r"^lift = inf must be a finite number of metres$"),
+        ({"bar": -1.0}, r"^bar stiffness EA is -1.0; give a positive number \[N\]$"),
+        ({"bar": math.nan}, r"^bar stiffness EA is nan; give a finite number \[N\]$"),
+        ({"bar": "rigid"}, r"^bar is 'rigid'; give True, False, or its stiffness EA \[N\]$"),
+        ({"bar": None}, r"^bar is None; give True, False, or its stiffness EA \[N\]$"),
+        ({"support": "fixed", "lift": math.inf}, r"^lift is inf; give a finite number \[m\]$"),
+        ({"support": "fixed", "lift": "4 mm"}, r"^lift is '4 mm'; give a number \[m\]$"),
         ({"lift": 0.01}, r"^lift = 0.01 m needs support 'fixed'.*'clamped'"),
     ],
 )
@@ -207,10 +210,14 @@ def test_errors(arguments, text):
         EndPlates(**arguments)
 
 
-@pytest.mark.parametrize(("name", "bad"), [("force", (0, 0)), ("moment", (0, math.nan, 0))])
-def test_plate_load_takes_three_finite_numbers(name, bad):
-    with pytest.raises(InputError, match=rf"^a plate's {name} is .*; give three finite numbers"):
-        PlateLoad(**{name: bad})
+def test_plate_load_takes_three_finite_numbers():
+    for bad in ((0, 0), 5.0, "123", None, np.array(5.0), np.eye(3)):
+        with pytest.raises(InputError, match=r"(?s)^a plate's force is .*; give 3 numbers \[N\] in a row"):
+            PlateLoad(force=bad)
+    for bad in ((0, math.nan, 0), ("1", "2", "3")):
+        with pytest.raises(InputError, match=r"^a part of a plate's moment is .*; give a .*number \[N m\]$"):
+            PlateLoad(moment=bad)
+    assert PlateLoad(force=np.array([0.0, 0.0, 1.0])).moment == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("length", [6.5, 40.0, 1e9])

@@ -239,8 +239,14 @@ def test_paths_refuse_what_they_cannot_do(comm):
         trace(free, [1.0], state="flat")
     with pytest.raises(InputError, match="the ideal state needs a prestressed balloon"):
         critical_point(free, state="ideal", limit=2.0)
-    for pressures in ([], [1.0, 1.0], [1.0, 3.0, 2.0], [np.nan]):
-        with pytest.raises(InputError, match="must be finite and rise or fall"):
+    for pressures in ([], [1.0, 1.0], [1.0, 3.0, 2.0]):
+        with pytest.raises(InputError, match="must rise or fall"):
+            trace(free, pressures, count=1, state="inflated")
+    for pressures in (1000.0, "5 Pa", np.ones((2, 2))):
+        with pytest.raises(InputError, match=r"(?s)^the path of pressures is .*; give numbers \[Pa\] in"):
+            trace(free, pressures, count=1, state="inflated")
+    for pressures in ([np.nan], ["5 Pa"]):
+        with pytest.raises(InputError, match=r"^a part of the path of pressures is .*; give a .*number"):
             trace(free, pressures, count=1, state="inflated")
     with pytest.raises(InputError, match="refinements = -1 must be 0 or more"):
         trace(free, [1.0], count=1, state="inflated", refinements=-1)
