@@ -6,10 +6,10 @@ EA/2 e^2 per reference length with e the Green-Lagrange strain of the edge.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
+from lobefem import checks
 from lobefem.errors import InputError
 
 __all__ = ["Cords", "Hoops"]
@@ -26,7 +26,7 @@ class Cords:
             lobe's own seam tension (R0^2 cos(phi) for isotensoids).
 
     Raises:
-        InputError: EA is not a positive number.
+        InputError: EA is not a positive number, the tension no number, or `on` no names.
     """
 
     EA: float = 2.15e9
@@ -34,14 +34,19 @@ class Cords:
     tension_per_pressure: float | None = None
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.EA) and self.EA > 0):
-            raise InputError(f"cord EA = {self.EA} must be a positive number of newtons")
+        checks.positive("cord EA", self.EA, "N")
+        if self.tension_per_pressure is not None:
+            checks.finite("a cord's tension_per_pressure", self.tension_per_pressure, "N/Pa")
+        if not isinstance(self.on, (tuple, list)) or not all(isinstance(name, str) for name in self.on):
+            raise InputError(f"a cord is on {self.on!r}; give names of edge groups, as ('seam_*',)")
 
     def groups(self, surface: Any) -> tuple[str, ...]:
         """Names of the surface's edge groups that carry this cord.
 
+        A single lobe has no seams: "seam_*" then names none.
+
         Raises:
-            InputError: a name that the surface does not have.
+            InputError: a name that no edge of the surface has, or begins with.
         """
         edges = [name for name, (dim, _) in surface.groups.items() if dim == 1]
         chosen: list[str] = []
@@ -51,7 +56,7 @@ class Cords:
                 for name in edges
                 if name == pattern or (pattern[-1:] == "*" and name.startswith(pattern[:-1]))
             ]
-            if not found and not pattern.endswith("*"):
+            if not found and (pattern != "seam_*" or surface.num_lobes > 1):
                 raise InputError(f"no edge group '{pattern}' on this surface; it has {edges}")
             chosen += [name for name in found if name not in chosen]
         return tuple(chosen)

@@ -60,7 +60,9 @@ def sector_balloon(balloon: Balloon) -> Balloon:
         raise InputError("a single harmonic is of the shape as drawn; leave load_path and PlateLoad out")
     sector = sector_of(balloon.surface)
     for cords in balloon.cords:
-        if cords.groups(sector) != cords.groups(balloon.surface):
+        wanted = cords.groups(balloon.surface)
+        # a sector is meshed anew, without the edges that a user has named
+        if not sector.groups.keys() >= set(wanted) or cords.groups(sector) != wanted:
             raise InputError(
                 f"cords on {', '.join(cords.on)} lie on edges that one sector lacks; leave harmonics out"
             )

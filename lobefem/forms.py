@@ -10,15 +10,19 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from lobefem import _dolfinx
 from lobefem._assembly import together
 from lobefem.cables import Cords
+from lobefem.errors import InputError
 from lobefem.kinematics import edge_strain, green_lagrange
 from lobefem.loads import film_volume_change, pressure_work
 
 # isort: split
 import ufl
 from dolfinx import fem
+from dolfinx.mesh import exterior_facet_indices
 
 __all__ = ["WeakForms"]
 
@@ -38,6 +42,11 @@ class WeakForms:
         strain: total Green-Lagrange strain of the film in its frame, built-in strain included.
         increment: displacement d of the last Newton step, for `predicted`.
         cords: (group, tension [N], measure) of each edge group with a cord.
+
+    Raises:
+        InputError: a cord on an edge group that is empty, or lies on free edges and within the film.
+
+    Collective.
     """
 
     def __init__(
@@ -79,10 +88,11 @@ class WeakForms:
         predicted: Any = 0
         v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
         cords = []
+        free = _free_edges(mesh) if balloon.cords else np.empty(0)
         self.cords: list[tuple[str, Any, Any]] = []
         for cord in balloon.cords:
             for name in cord.groups(surface):
-                measure, side = _edge_measure(mesh, surface, name)
+                measure, side = _edge_measure(mesh, surface, name, free)
                 e = edge_strain(u, mesh, side)
                 if balloon.prestressed:
                     e = e + balloon.prestress * number(_tension(cord, surface) / cord.EA)
@@ -207,10 +217,34 @@ def _even(f: Any, d: Any) -> Any:
     return (f(d) + f(-d)) / 2
 
 
-def _edge_measure(mesh: Any, surface: Any, name: str) -> tuple[Any, str | None]:
-    """The measure over an edge group: dS between lobes, ds on a rim."""
+def _free_edges(mesh: Any) -> Any:
+    """This rank's facets of one cell."""
+    mesh.topology.create_connectivity(1, 2)
+    return exterior_facet_indices(mesh.topology)
+
+
+def _edge_measure(mesh: Any, surface: Any, name: str, free: Any) -> tuple[Any, str | None]:
+    """The measure over an edge group, dS within the film and ds on `free` edges, and its side.
+
+    Raises:
+        InputError: the group is empty, or lies on both.
+
+    Collective.
+    """
     tag = surface.groups[name][1]
-    kind, side = ("ds", None) if name.startswith("rim") else ("dS", "+")
+    facets = surface.edges.find(tag)
+    owned = facets[facets < mesh.topology.index_map(1).size_local]
+    inner = ~np.isin(owned, free)
+    # a rank may have none of the group's facets
+    num_free, num_inner = mesh.comm.allreduce(np.array([(~inner).sum(), inner.sum()]))
+    if not num_free + num_inner:
+        raise InputError(f"edge group '{name}' is empty: there is no edge for a cord; tag its facets")
+    if num_free and num_inner:
+        raise InputError(
+            f"edge group '{name}' has {num_free} facets on a free edge and {num_inner} within the film; "
+            "give each a group and a cord of its own"
+        )
+    kind, side = ("ds", None) if num_free else ("dS", "+")
     return ufl.Measure(kind, domain=mesh, subdomain_data=surface.edges)(tag), side
 
 
