@@ -24,6 +24,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
+from lobefem import checks
 from lobefem.balloon import Balloon
 from lobefem.contact import SelfContact
 from lobefem.errors import InputError
@@ -79,10 +80,11 @@ def sector_balloon(balloon: Balloon) -> Balloon:
 
 @dataclass(frozen=True)
 class _Places:
-    """Where nodes lie: their sector, what tells them apart in it, and their cylindrical frames."""
+    """Where nodes lie: sector, what tells them apart in it, distance from the axis, cylindrical frame."""
 
     sector: Index
     keys: Index
+    radius: Array
     frame: Array
 
 
@@ -100,8 +102,8 @@ class Sector:
             say, K_n holds N - n, N + n, ... too: `share` tells them apart.
 
     Raises:
-        InputError: the surface has no equal sectors, a node is held in some components only, or one in one
-            sector alone.
+        InputError: the surface has no equal sectors, or nodes elsewhere than in them, a node is held in some
+            components only, or one in one sector alone.
 
     Collective.
     """
@@ -113,7 +115,7 @@ class Sector:
         self._span = float(np.abs(cylindrical(self.balloon)[1]).max())
         places = self._places(self.balloon)
         near = places.sector == 0
-        self._table = places.keys[near][np.lexsort(places.keys[near].T[::-1])]
+        self._table = places.keys[near][_order(places.keys[near])]
         self.num_slots = len(self._table)
         self._far = ~near
         inside = np.unique(np.round(self._table[:, 1], -1))
@@ -126,6 +128,7 @@ class Sector:
         self._turn = sp.csr_matrix(
             (entries.ravel(), (rows, columns.ravel())), shape=(3 * num + params, 3 * self.num_slots)
         )
+        self._compare_shape(balloon)
         if balloon is not self.balloon:
             self._compare(balloon)
 
@@ -137,7 +140,7 @@ class Sector:
     def check(self, harmonic: int) -> None:
         """Refuse a harmonic that the mesh does not have, by an InputError."""
         highest = self.harmonics[-1]
-        if not 0 <= harmonic <= highest:
+        if checks.integer("a harmonic", harmonic, 0) > highest:
             raise InputError(
                 f"harmonic = {harmonic}: a mesh of {self.order} equal sectors has harmonics 0 to "
                 f"{highest}; try more divisions around"
@@ -303,16 +306,34 @@ class Sector:
         whole = np.array_equal(constraint.free, (3 * nodes[:, None] + np.arange(3)).ravel())
         if not balloon.comm.allreduce(whole, op=MPI.LAND):
             raise InputError("a single harmonic needs nodes that are free or held in all components")
+        return self._lie(balloon, nodes)
+
+    def _lie(self, balloon: Balloon, nodes: Any) -> _Places:
+        """Of some of the nodes that this rank owns."""
         angle, height, frame = cylindrical(balloon)
+        radius = np.einsum("ni,ni->n", balloon.X[: len(frame)], frame[:, 0])
         turns = np.mod(angle[nodes], 2 * np.pi) * self.order / (2 * np.pi)
         sector = np.floor(turns + 1e-6).astype(np.int64)
         inside = np.round((turns - sector) * 1e6).astype(np.int64)
         keys = np.stack([np.round(height[nodes] / self._span * 1e7).astype(np.int64), inside], axis=1)
-        return _Places(sector % self.order, keys, frame[nodes])
+        return _Places(sector % self.order, keys, radius[nodes], frame[nodes])
+
+    def _compare_shape(self, balloon: Balloon) -> None:
+        """Refuse a balloon whose nodes, held ones too, lie elsewhere than in equal sectors. Collective."""
+        own, all_nodes = self._lie(self.balloon, slice(None)), self._lie(balloon, slice(None))
+        near = np.flatnonzero(own.sector == 0)
+        near = near[_order(own.keys[near])]
+        slot = _found(own.keys[near], all_nodes.keys)
+        off = (slot < 0) | (np.abs(all_nodes.radius - own.radius[near][slot]) > 1e-7 * self._span)
+        if count := balloon.comm.allreduce(int(off.sum())):
+            raise InputError(
+                f"a single harmonic needs equal sectors of the shape as drawn, and {count} nodes lie "
+                "elsewhere; leave harmonics out"
+            )
 
     def _compare(self, whole: Balloon) -> None:
         """Refuse a balloon of which one sector holds other nodes than the next. Collective."""
-        slot = self._found(self._places(whole))
+        slot = _found(self._table, self._places(whole).keys)
         count = np.bincount(slot[slot >= 0], minlength=self.num_slots)
         count = whole.comm.allreduce(count)
         if whole.comm.allreduce(bool((slot < 0).any()), op=MPI.LOR) or (count != self.order).any():
@@ -320,22 +341,28 @@ class Sector:
 
     def _match(self, places: _Places) -> Index:
         """Slot of each node, of one sector or, after `_compare`, of all."""
-        slot = self._found(places)
+        slot = _found(self._table, places.keys)
         if (slot < 0).any():
             raise InputError(_ALIKE)
         return slot
 
-    def _found(self, places: _Places) -> Index:
-        """Slot of each node, -1 where there is none; rounding may have moved a key by one."""
-        result = np.full(len(places.keys), -1, dtype=np.int64)
-        weights = np.array([1 << 24, 1])  # one number for a pair, in the order of the table
-        codes = self._table @ weights
-        for shift in product((0, -1, 1), repeat=2):
-            wanted = (places.keys + shift) @ weights
-            at = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
-            hit = (codes[at] == wanted) & (result < 0)
-            result[hit] = at[hit]
-        return result
+
+def _order(keys: Index) -> Index:
+    """The order of a table of keys."""
+    return np.lexsort(keys.T[::-1])
+
+
+def _found(table: Index, keys: Index) -> Index:
+    """Row of an ordered table for each key, -1 where there is none; rounding may have moved a key by one."""
+    result = np.full(len(keys), -1, dtype=np.int64)
+    weights = np.array([1 << 24, 1])  # one number for a pair, in the order of the table
+    codes = table @ weights
+    for shift in product((0, -1, 1), repeat=2):
+        wanted = (keys + shift) @ weights
+        at = np.minimum(np.searchsorted(codes, wanted), len(codes) - 1)
+        hit = (codes[at] == wanted) & (result < 0)
+        result[hit] = at[hit]
+    return result
 
 
 def own_pairs(

@@ -400,12 +400,10 @@ def _cyclic_order(state: Equilibrium) -> int:
     order_of_symmetry = state.balloon.surface.cyclic_order
     if order_of_symmetry is None:
         return 0
-    moved = largest(state.balloon, state.displacement)
-    if not moved:
-        return order_of_symmetry
-    power = spectrum(state.balloon, state.displacement, np.zeros_like(state.displacement))
+    places = state.balloon.X + state.displacement  # nodes may have been moved by hand, too
+    power = spectrum(state.balloon, places, np.zeros_like(places))
     power[::order_of_symmetry] = 0.0
-    broken = math.sqrt(power.sum()) * moved
+    broken = math.sqrt(power.sum()) * largest(state.balloon, places)
     return order_of_symmetry if broken <= 1e-9 * math.sqrt(state.balloon.reference_area) else 0
 
 

@@ -113,7 +113,7 @@ def test_modes_of_an_inflated_state_by_harmonics():
     full = find_modes(state, 7)
     split = find_modes(state, 7, harmonics=range(6))
     assert np.allclose(split.values, full.values, rtol=1e-8)
-    alone = find_modes(state, 2, harmonics=[3])
+    alone = find_modes(state, 2, harmonics=3)
     assert {m.harmonic for m in alone.modes} == {3}
     assert alone.values[0] == pytest.approx(alone.values[1])
 
@@ -153,6 +153,26 @@ def test_what_one_sector_holds_alone_is_of_no_single_harmonic():
         found = critical_pressure(tethered)
         assert found.pressure == pytest.approx(critical_pressure(tethered, full=True).pressure, rel=1e-12)
         assert found.pressure >= limit * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("moved", ["one node", "one node of a rim", "whole rings"])
+def test_a_surface_that_was_moved_by_hand_has_no_equal_sectors(moved):
+    surface = lobed_cylinder(1, (4, 8))
+    x, shape = surface.mesh.geometry.x, surface.shape
+    where = np.isclose(x[:, 2], 0.0 if "rim" in moved else shape.half_height)
+    if moved != "whole rings":
+        where &= np.isclose(np.arctan2(x[:, 1], x[:, 0]), 0.0)
+    x[where, :2] *= 1.01
+    parts = [GasPressure("film"), EndPlates()]
+    balloon = Balloon(surface, Isotropic(), parts, prestressed=True)
+    count = 8 if moved == "whole rings" else 1
+    text = f"^a single harmonic needs equal sectors of the shape as drawn, and {count} nodes lie elsewhere"
+    with pytest.raises(InputError, match=text):
+        find_modes(ideal_state(balloon, 100.0), 2, harmonics=[2])
+    found = critical_pressure(balloon)
+    assert found.pressure == pytest.approx(critical_pressure(balloon, full=True).pressure, rel=1e-12)
+    modes = find_modes(ideal_state(balloon, 100.0), 8)  # not those of a cyclic shape, which come in pairs
+    assert not modes.symmetric
 
 
 def test_cords_on_edges_of_ones_own_are_of_no_single_harmonic():
@@ -256,6 +276,11 @@ def test_what_cannot_be_reduced_is_refused():
         find_modes(ideal_state(balloon, 10.0), harmonics=[2, 5])
     with pytest.raises(InputError, match="no harmonics are given"):
         find_modes(ideal_state(balloon, 10.0), harmonics=[])
+    for bad in (2.0, [2.5], "2", [True]):
+        with pytest.raises(InputError, match=r"^a harmonic is .*; give an integer, 0 or more$"):
+            find_modes(ideal_state(balloon, 10.0), harmonics=bad)
+    with pytest.raises(InputError, match=r"^a harmonic is 2.5; give an integer, 0 or more$"):
+        critical_pressure(balloon, harmonic=2.5)
     with pytest.raises(InputError, match="leave out full=True"):
         critical_pressure(balloon, harmonic=2, full=True)
     free = lobed_cylinder(1, layout="unstructured", size=2.0)
