@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _dolfinx, _petsc
+from lobefem import _dolfinx, _petsc, checks
 
 # isort: split
 import basix.ufl
@@ -56,7 +56,7 @@ class Balloon(Glanceable):
             most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`.
         prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
             (paper eq. 4), and the matching tension into the cords; p0 is the `prestress` of a state.
-        hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain).
+        hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain); of one without it 0.
         load_path: a state found with a `PrescribedPath` film on this surface; its stress is built into
             the film, which carries it in that state's shape (paper sec. 4).
         frame: the film's frame; by default that of a surface of revolution about the axis.
@@ -95,14 +95,19 @@ class Balloon(Glanceable):
         sorted_parts = Parts.sort(parts)
         self.cords, self.held = sorted_parts.cords, sorted_parts.held
         self.load, self.plates = sorted_parts.load, sorted_parts.plates
-        if not 0 <= hoop_slack < 1:
+        if not 0 <= checks.finite("hoop_slack", hoop_slack, "") < 1:
             raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
+        if hoop_slack and not prestressed and load_path is None:
+            raise InputError(
+                f"hoop_slack = {hoop_slack} is part of a built-in stress and there is none; pass "
+                "prestressed=True or a load_path, or leave it out"
+            )
         if prestressed and not isinstance(surface.shape, Lobe):
             raise InputError("prestress needs an isotensoid or a formed lobe; this surface is another shape")
         if load_path is not None:
             if prestressed:
                 raise InputError("the film gets its stress from the load path or by prestress, not from both")
-            check_load_path(load_path, surface)
+            check_load_path(load_path, surface, film)
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
         # degree of geometry and displacement, from the nodes of a cell

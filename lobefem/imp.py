@@ -14,7 +14,7 @@ import ufl
 
 from lobefem import checks
 from lobefem.errors import InputError
-from lobefem.films import Number, TensionField
+from lobefem.films import Film, Number, TensionField
 
 __all__ = ["IMP", "STRESS_LAWS", "PrescribedPath", "check_load_path"]
 
@@ -127,13 +127,24 @@ class PrescribedPath(IMP):
 STRESS_LAWS: dict[str, type[IMP]] = {"imp": IMP, "load-path": PrescribedPath}
 
 
-def check_load_path(load_path: Any, surface: Any) -> None:
-    """Refuse a state whose stress cannot be built into a film on a surface, with an InputError."""
-    film = load_path.balloon.film
+def check_load_path(load_path: Any, surface: Any, to: Film) -> None:
+    """Refuse a state whose stress cannot be built into a film, `to`, on a surface, with an InputError."""
+    balloon = getattr(load_path, "balloon", None)
+    if balloon is None:
+        raise InputError(f"load_path is a {type(load_path).__name__}; give a state that `inflate` found")
+    film = balloon.film
     if not isinstance(film, PrescribedPath):
         raise InputError(
             f"load_path is a state of {type(film).__name__} film; give one that was inflated with "
             "PrescribedPath film"
         )
-    if load_path.balloon.mesh is not surface.mesh:
+    for name in ("E", "nu", "thickness"):
+        one, other = getattr(film, name), getattr(to, name)
+        if one != other:
+            raise InputError(
+                f"load_path is of film with {name} = {one}, and this film has {other}; give both the same"
+            )
+    if balloon.prestressed or balloon.load_path is not None:
+        raise InputError("load_path is a state with stress built in; inflate the path from unstressed film")
+    if balloon.mesh is not surface.mesh:
         raise InputError("load_path is a state on another mesh; build both balloons on one surface")

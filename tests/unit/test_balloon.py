@@ -330,12 +330,37 @@ def test_errors_of_parts_that_do_not_go_together(comm):
             Balloon(surface, Isotropic(), parts)
     with pytest.raises(InputError, match=r"hoop_slack = -0.1 must be a strain in"):
         Balloon(surface, Isotropic(), prestressed=True, hoop_slack=-0.1)
+    with pytest.raises(InputError, match=r"^hoop_slack is '1e-3'; give a number$"):
+        Balloon(surface, Isotropic(), prestressed=True, hoop_slack="1e-3")
+    with pytest.raises(
+        InputError, match=r"^hoop_slack = 0.001 is part of a built-in stress and there is none;"
+    ):
+        Balloon(surface, Isotropic(), hoop_slack=1e-3)
     flat = cylinder(2.0, 4.0, (2, 4), comm=comm)
     with pytest.raises(InputError, match="prestress needs an isotensoid or a formed lobe; this"):
         Balloon(flat, Isotropic(), prestressed=True)
     flat = type("Open", (), {**vars(flat), "groups": {"rim_top": (1, 202)}})
     with pytest.raises(InputError, match="end plates need the edge group 'rim_bottom', which this"):
         Balloon(flat, Isotropic(), [EndPlates()])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"components": 2}, r"^held components are 2; give some of 0, 1 and 2, as \(2,\)$"),
+        ({"components": (0, 3)}, r"^held components are \(0, 3\); give some of 0, 1 and 2"),
+        ({"components": (-1,)}, r"^a held component is -1; give 0 or more$"),
+        ({"components": (1.0,)}, r"^a held component is 1.0; give an integer, 0 or more$"),
+        (
+            {"on": ("rim_top",)},
+            r"^film is held on \('rim_top',\); give an edge group's name or a function",
+        ),
+        ({"displacement": 0.1}, r"^a held displacement is 0.1; give a function of x or None$"),
+    ],
+)
+def test_held_parts_that_make_no_sense_are_refused(arguments, text):
+    with pytest.raises(InputError, match=text):
+        Held(**{"on": "rim_top", **arguments})
 
 
 def test_held_components_take_their_displacement(comm):

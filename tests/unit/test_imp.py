@@ -245,6 +245,20 @@ def test_load_path_must_fit(comm):
         InputError, match=r"^load_path is a state of Isotropic film; give one .* PrescribedPath"
     ):
         stack(comm, TensionField(), surface, load_path=other)
+    for film, text in (
+        (TensionField(E=2e9), r"E = 3500000000\.0, and this film has 2000000000\.0"),
+        (TensionField(nu=0.2), r"nu = 0\.3, and this film has 0\.2"),
+        (Isotropic(thickness=2e-5), r"thickness = 5e-05, and this film has 2e-05"),
+    ):
+        with pytest.raises(InputError, match=rf"^load_path is of film with {text}; give both the same$"):
+            stack(comm, film, surface, load_path=path)
+    film = PrescribedPath(slack_stiffness=1e-3)
+    for built_in in ({"prestressed": True}, {"load_path": path}):
+        other = replace(path, balloon=stack(comm, film, surface, **built_in))
+        with pytest.raises(InputError, match=r"^load_path is a state with stress built in; inflate the path"):
+            stack(comm, TensionField(), surface, load_path=other)
+    with pytest.raises(InputError, match=r"^load_path is a float; give a state"):
+        stack(comm, TensionField(), surface, load_path=5.0)
 
 
 def test_a_single_harmonic_has_no_load_path(comm):
