@@ -97,7 +97,8 @@ class Record:
         step, next_step: its length and what the next one is to be [s].
         iterations: Newton iterations in all.
         residual: norm of the unbalanced forces, those that hold the start included [N, N m].
-        relative_residual: the same over the norm of the pressure's nodal forces.
+        relative_residual: the same over the norm of the pressure's nodal forces, or without pressure over
+            that of the start's residual.
         volume: enclosed by film and plates [m^3].
         strain_energy: of film, cords and bar [J].
         contact_energy: [J].
@@ -193,9 +194,12 @@ class Flow:
         # hoops make nearly all of the round-off, and their stiffness stays; that of the reference shape, and
         # the load there, are the same for a run that goes on from another place
         at_rest = balloon.map.create_vector()
-        self._load = balloon.load_norm(at_rest) or 1.0
+        self._load = balloon.load_norm(at_rest)
         self._stiffness = balloon.tangent(at_rest).getDiagonal()
         at_rest.destroy()
+        if not self._load:  # as for Newton's method, what is out of balance at the start
+            balloon.residual(q, self._r)
+            self._load = self._r.norm() or 1.0
         ts.setIJacobian(self._tangent, balloon.tangent(q))
         ts.setPreStep(self._before)
         ts.setPostStep(self._after)
@@ -239,7 +243,7 @@ class Flow:
         """SNES's test; a solution that lies higher in energy than the step's beginning is refused.
 
         Whole Newton steps can end at film turned inside out. An accepted step has lowered
-        E(q) + c/(2 h)|q - q_n|_B^2, as the true motion does, to a millionth of p V.
+        E(q) + c/(2 h)|q - q_n|_B^2, as the true motion does, to a millionth of p V or to its round-off.
 
         What is left unbalanced is borne for one step, and shows in the ledger; equilibrium at the end is
         found without that. Where contact passes from facet to facet its force jumps a little, and to the
@@ -261,9 +265,11 @@ class Flow:
         x.copy(self._change)
         self._change.axpy(-1.0, self._begin)
         self._mass.mult(self._change, self._work)
-        energy = self.balloon.energy(x)[0] + self.damping * self._shift / 2 * self._work.dot(self._change)
+        energy, size = self.balloon.energy(x)
+        energy += self.damping * self._shift / 2 * self._work.dot(self._change)
         energy -= self._holding * self._held.dot(self._change)
         slack = 1e-6 * abs(float(self.balloon.pressure.value)) * self.balloon.reference_volume
+        slack = max(slack, 1e-12 * size)  # round-off, as in a line search
         return why.CONVERGED_FNORM_ABS if energy <= self._energy + slack else why.DIVERGED_LOCAL_MIN
 
     # --- steps ----------------------------------------------------------------------------------

@@ -217,7 +217,8 @@ class Ramp:
         flow = Flow(
             balloon,
             self.q,
-            damping=damping_scale(balloon),
+            # no path depends on it, and without gas pressure there is nothing to measure it by
+            damping=damping_scale(balloon) or 1.0,
             tolerance=_TOLERANCE * math.sqrt(balloon.reference_area),
             settled=_SETTLED,
             ledger=Ledger(),

@@ -26,7 +26,7 @@ from lobefem.errors import ConvergenceError, InputError
 from lobefem.films import Isotropic, TensionField
 from lobefem.loads import GasPressure
 from lobefem.measures import displacement_of, largest
-from lobefem.plates import EndPlates
+from lobefem.plates import EndPlates, PlateLoad
 from lobefem.stability import find_modes
 from lobefem.surface import cylinder, lobed_cylinder
 
@@ -314,6 +314,30 @@ def test_increments_that_fail_are_halved_and_then_crossed_by_damped_motion(start
     assert ramp.reaction == pytest.approx(whole.reaction, rel=1e-6)
     # on one branch no energy is lost, whatever the motion took of what its start had put in
     assert ramp.history[-1].damping == pytest.approx(0, abs=1e-3 * ramp.history[-1].work)
+
+
+def test_film_buckles_without_gas_pressure_too(comm):
+    """A damped motion has an end, and what it takes is what the work leaves of the energy gained."""
+    surface = cylinder(1.0, 2.0, (4, 10), comm=comm)
+    parts = [GasPressure("closed"), EndPlates(bar=False), PlateLoad((0.0, 0.0, 20.0))]
+    balloon = Balloon(surface, Isotropic(E=1e7), parts)
+    said, states = [], []
+    ramp = distort(
+        inflate(balloon, 0.0),
+        Tip(0.3),
+        steps=3,
+        progress=said.append,
+        on_step=lambda _, state: states.append(state),
+    )
+    assert any("damped motion, settled" in line for line in said), said
+    end = ramp.history[-1]
+    assert end.parameter == 0.3
+    energies = []
+    for state in (states[0], states[-1]):
+        w = state.balloon.map.plate_parameters(state.balloon.map.parameters(state.vector()))[0]
+        energies.append(state.strain_energy - state.balloon.plate_forces.dead_work(w))
+    assert 0 < end.damping < 0.1 * end.work
+    assert end.work - end.damping == pytest.approx(energies[1] - energies[0], rel=0.05)
 
 
 def test_a_failed_ramp_returns_the_last_equilibrium(start):
