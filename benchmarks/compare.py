@@ -24,11 +24,11 @@ from statistics import median
 from typing import Any
 
 from benchmarks.problem import CASES, MESHES, Case
-from benchmarks.programs import ROOT, Job, calculix, evolver, kratos, lobefem, ngsolve
+from benchmarks.programs import ROOT, Job, calculix, evolver, kratos, lobefem, newton, ngsolve
 from benchmarks.report import write_report
 
-PROGRAMS = {module.NAME: module for module in (lobefem, evolver, ngsolve, kratos, calculix)}
-SHORT = (["lobefem", "Surface Evolver"], ["96x128", "192x256"])
+PROGRAMS = {module.NAME: module for module in (lobefem, newton, evolver, ngsolve, kratos, calculix)}
+SHORT = (["lobefem", "lobefem, Newton", "Surface Evolver"], ["96x128", "192x256"])
 _DROPPED = ("PYTHONDONTWRITEBYTECODE", "PYTHONPROFILEIMPORTTIME")  # they slow Python programs down
 
 
@@ -72,7 +72,7 @@ def attempt(name: str, case: Case, limit: float) -> dict[str, Any]:
         }
         if not record["right"]:
             record["reason"] = f"wrong: V by {volume:.0e}, displacement by {displacement:.0e}"
-        if module is lobefem:
+        if module in (lobefem, newton):
             record["profile"] = lobefem.results(folder)["profile"]
     return record
 
@@ -119,6 +119,7 @@ def medians(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
         profiles = [record["profile"] for record in group if "profile" in record]
         if profiles:
             row["over_floor"] = median(profile["solve"] / profile["floor"] for profile in profiles)
+            row |= {key: median(profile[key] for profile in profiles) for key in ("solve", "floor")}
             row["stages"] = {
                 name: median(profile["stages"][name]["seconds"] for profile in profiles)
                 for name in profiles[0]["stages"]

@@ -16,7 +16,8 @@ _HEAD = (
 )  # fmt: skip
 NOTE = """Ratio: time over lobefem's. Errors are relative, to the answers on which the programs agree; a time
 counts where the volume is right to 1e-7 and the largest displacement to 1e-5. MB: peak of the
-largest process. lobefem's note: its solve over the floor, factorisations and triangular solves."""
+largest process. lobefem's note: its solve over its floor, the numeric factorisations and triangular solves,
+and over that of Newton's method on the one mesh with a new tangent in each step, the row below."""
 
 
 def exponent(rows: list[Row]) -> float | None:
@@ -62,7 +63,7 @@ def as_markdown(case: str, rows: list[Row]) -> str:
 
 def stages_as_markdown(case: str, rows: list[Row]) -> str:
     """Where lobefem's time goes in one case: seconds a stage, the stages that take any."""
-    of = [row for row in rows if row["case"] == case and row["right"] and row.get("stages")]
+    of = [row for row in rows if (row["case"], row["program"], row["right"]) == (case, "lobefem", True)]
     seconds = {name: [row["stages"][name] for row in of] for name in (of[0]["stages"] if of else ())}
     head = ["", *("{}x{}".format(*row["divisions"]) for row in of)]
     lines = [head, ["---"] * len(head)]
@@ -77,18 +78,19 @@ def _compiled(row: Row) -> str:
 
 
 def _line(row: Row, rows: list[Row]) -> str:
-    ours = [
-        other
+    alike = {
+        other["program"]: other
         for other in rows
-        if other["program"] == "lobefem"
-        and (other["case"], other["divisions"]) == (row["case"], row["divisions"])
-    ]
+        if (other["case"], other["divisions"], other["right"]) == (row["case"], row["divisions"], True)
+    }
     ratio = ""
-    if row["right"] and ours and ours[0]["right"]:
-        ratio = f"{row['seconds'] / ours[0]['seconds']:.2f}"
+    if row["right"] and "lobefem" in alike:
+        ratio = f"{row['seconds'] / alike['lobefem']['seconds']:.2f}"
     note = row["reason"]
     if row.get("over_floor"):
-        note = f"{row['over_floor']:.2f} x floor"
+        note = f"{row['over_floor']:.2f} x its floor"
+        if row["program"] == "lobefem" and "lobefem, Newton" in alike:
+            note += f", {row['solve'] / alike['lobefem, Newton']['floor']:.2f} x Newton's"
     errors = ""
     if row["volume_error"] is not None:
         errors = f"{row['volume_error']:.0e}, {row['displacement_error']:.0e}"
@@ -120,7 +122,7 @@ def figure(rows: list[Row]) -> Figure:
             b = exponent(of)
             label = program if b is None else f"{program}, exponent {b:.2f}"
             unknowns, seconds = ([r[key] for r in of] for key in ("unknowns", "seconds"))
-            ax.loglog(unknowns, seconds, "os^Dv"[k % 5] + "-", label=label)
+            ax.loglog(unknowns, seconds, "oPs^Dv"[k % 6] + "-", label=label)
         ax.set_title(case)
         ax.set_xlabel("unknowns")
         ax.grid(alpha=0.3, which="both")

@@ -78,14 +78,17 @@ class EnergySearch:
 
     Args:
         balloon: whose energy.
+        keep: a tangent where that is cheaper, see `tangent`; else each step has a new one.
 
     Attributes:
         limit: residual beyond which whole steps lead nowhere [N, N m].
         separation: what cuts the steps of a balloon with contact.
     """
 
-    def __init__(self, balloon: Balloon) -> None:
+    def __init__(self, balloon: Balloon, keep: bool = True) -> None:
         self.balloon = balloon
+        # the barrier of film in contact is too steep for the tangent of another place
+        self._keeps = keep and balloon.contact is None and balloon.map.size > _MANY
         self.limit = math.inf
         self.separation: Separation | None = None
         self._base: float | None = None
@@ -127,10 +130,8 @@ class EnergySearch:
             x.copy(last)
         else:
             _, atol, _, _ = snes.getTolerances()
-            # the barrier of film in contact is too steep for the tangent of another place
-            large = self.balloon.contact is None and self.balloon.map.size > _MANY
             falls = not begins and self._norm < before
-            if large and falls and self._norm * (self._norm / before) ** _CHEAP_STEPS <= atol:
+            if self._keeps and falls and self._norm * (self._norm / before) ** _CHEAP_STEPS <= atol:
                 if self._norm < _FAST * before:
                     self._kept = x.copy()
                 return
@@ -314,6 +315,7 @@ class Newton:
         line_search: see `set_up`.
         predicted: solve with the stress that the last step predicted (`WeakForms.predicted`), for
             whole steps.
+        keep: see `EnergySearch`.
 
     Attributes:
         norm: of the last residual [N, N m].
@@ -329,11 +331,12 @@ class Newton:
         prefix: str,
         line_search: str = "bt",
         predicted: bool = False,
+        keep: bool = True,
     ) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
         self._last = q.duplicate() if predicted else None
-        self._search = search = EnergySearch(balloon)
+        self._search = search = EnergySearch(balloon, keep)
         self.symmetric = symmetric = has_symmetric_load(balloon, q)
         K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)

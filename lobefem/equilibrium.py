@@ -200,6 +200,7 @@ def inflate(
     min_step: float = 1e-3,
     on_step: Callable[[Equilibrium], None] | None = None,
     nested: bool = False,
+    keep_tangent: bool = True,
     progress: Progress | None = None,
 ) -> Equilibrium:
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
@@ -221,6 +222,8 @@ def inflate(
         nested: without a start, look first for the equilibrium on meshes half as fine and start from there
             (`lobefem.nested`), where that saves time. It leads to the same state, on a fine mesh several
             times sooner; where it leads nowhere the reference shape is the start.
+        keep_tangent: on a large mesh, take further steps with a factorised tangent while they cost less than
+            a new one; False for Newton's method as it is in books.
         progress: called with a line of text after each solve.
 
     Raises:
@@ -249,9 +252,10 @@ def inflate(
     _check_start(balloon, q, start)
     guess = None
     if nested and start is None:
-        guess = _from_coarser(balloon, pressure, prestress, max_iterations, progress)
+        guess = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
     balloon.set_loads(pressure, prestress)
-    solver = Newton(balloon, q if guess is None else guess, rtol, max_iterations, PREFIX)
+    begin = q if guess is None else guess
+    solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent)
     try:
         if guess is not None:
             reason, count = solver.solve(guess)
@@ -267,17 +271,22 @@ def inflate(
 
 
 def _from_coarser(
-    balloon: Balloon, pressure: float, prestress: float, max_iterations: int, progress: Progress | None
+    balloon: Balloon,
+    pressure: float,
+    prestress: float,
+    max_iterations: int,
+    keep_tangent: bool,
+    progress: Progress | None,
 ) -> Any:
     """Unknowns to start from, the equilibrium on a mesh half as fine; None where none was found."""
     coarse = coarser_balloon(balloon)
     if coarse is None:
         return None
-    q = _from_coarser(coarse, pressure, prestress, max_iterations, progress)
+    q = _from_coarser(coarse, pressure, prestress, max_iterations, keep_tangent, progress)
     if q is None:
         q = _drawn_along(coarse)
     coarse.set_loads(pressure, prestress)
-    solver = Newton(coarse, q, _COARSE_RTOL, max_iterations, PREFIX)
+    solver = Newton(coarse, q, _COARSE_RTOL, max_iterations, PREFIX, keep=keep_tangent)
     try:
         reason, count = solver.solve(q)
         _tell(pressure, reason, count, solver.norm, progress, coarse)

@@ -31,6 +31,8 @@ def test_answers_are_right(program, case):
     assert 1 < record["memory"] < 2000
     if program == "lobefem":
         assert record["profile"]["stages"]["numeric factorisation"]["calls"] <= record["iterations"]
+    if program == "lobefem, Newton":
+        assert record["profile"]["stages"]["numeric factorisation"]["calls"] == record["iterations"]
 
 
 def test_the_mesh_is_that_of_the_exact_answers():
@@ -75,7 +77,13 @@ def test_the_report(tmp_path):
             "displacement_error": 1e-9,
             "iterations": 4,
         }
-        for program, factor in (("lobefem", 2.0), ("NGSolve", 6.0), ("Kratos", 0.0))
+        | ({"profile": {"solve": 3.0, "floor": floor, "stages": {}}} if floor else {})
+        for program, factor, floor in (
+            ("lobefem", 2.0, 2.0),
+            ("lobefem, Newton", 3.0, 4.0),
+            ("NGSolve", 6.0, 0.0),
+            ("Kratos", 0.0, 0.0),
+        )
         for divisions in MESHES[:2]
         for _ in range(3)
     ]
@@ -86,6 +94,7 @@ def test_the_report(tmp_path):
     write_report(tmp_path, rows, [first])
     text = (tmp_path / "results.md").read_text()
     assert re.search(r"\| 24x32 \| 2208 \| NGSolve \| \d+\.\d+ \| 3.00 \|", text)
+    assert re.search(r"\| lobefem \| .* \| 1.50 x its floor, 0.75 x Newton's \|", text)
     assert re.search(r"\| Kratos \|  \|  .* no answer \|", text)
     assert "Time grows as a power of the unknowns: lobefem 1.50" in text
     assert "the first run, taut, took 31.4 s" in text
