@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import linear_sum_assignment
 
 if TYPE_CHECKING:
     from lobefem.stability import Modes
@@ -97,7 +96,7 @@ def follow(sweep: Sequence[Modes]) -> list[Branch]:
             new = [_Track() for _ in range(basis.shape[1] - continued)]
             tracks += new
             share = _inner(modes, space.fields, basis) ** 2
-            for member, way_at in zip(*linear_sum_assignment(share, maximize=True), strict=True):
+            for member, way_at in _assigned(share):
                 _put([*ways, *new][way_at], modes, space.members[member])
             found += zip([*ways, *new], basis.T, strict=True)
         active = [track for track, _ in found]
@@ -189,14 +188,19 @@ def _likeness(modes: Modes, vectors: Array, spaces: Sequence[_Space]) -> Array:
     return np.add.reduceat(parts, starts, axis=0).T
 
 
+def _assigned(share: Array) -> list[tuple[int, int]]:
+    """Pairs of rows and columns, each at most once, with the largest sum."""
+    from scipy.optimize import linear_sum_assignment  # slow to import
+
+    rows, columns = linear_sum_assignment(share, maximize=True)
+    return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True)]
+
+
 def _match(modes: Modes, vectors: Array, spaces: Sequence[_Space]) -> dict[int, tuple[int, float]]:
     """Space and likeness of each former vector that goes on; a space takes as many as it has modes."""
     likeness = _likeness(modes, vectors, spaces)
     places = np.repeat(np.arange(len(spaces)), [len(s.members) for s in spaces])
-    rows, columns = linear_sum_assignment(likeness[:, places], maximize=True)
-    pairs = {
-        int(i): (int(places[j]), float(likeness[i, places[j]])) for i, j in zip(rows, columns, strict=True)
-    }
+    pairs = {i: (int(places[j]), float(likeness[i, places[j]])) for i, j in _assigned(likeness[:, places])}
     return {i: pair for i, pair in pairs.items() if pair[1] >= _LEAST}
 
 

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import scipy.optimize
 
 from lobefem import checks
 from lobefem._glance import Glance, Glanceable, number
@@ -242,7 +241,9 @@ def _fit(h: Array, p: Array) -> tuple[float, float, float]:
         coefficients: Any = np.linalg.lstsq(matrix, np.ones_like(p))[0]
         return coefficients, float(np.linalg.norm(matrix @ coefficients - 1))
 
-    found: Any = scipy.optimize.minimize_scalar(lambda q: linear(q)[1], bounds=(0.2, 12), method="bounded")
+    from scipy.optimize import minimize_scalar  # slow to import, and a study of meshes alone needs it
+
+    found: Any = minimize_scalar(lambda q: linear(q)[1], bounds=(0.2, 12), method="bounded")
     coefficients, misfit = linear(float(found.x))
     return float(coefficients[0]), float(found.x), misfit
 

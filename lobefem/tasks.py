@@ -233,6 +233,7 @@ def modes(
 
 def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
     """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
+    from lobefem.branches import follow
     from lobefem.stability import Modes
 
     sweep = {
@@ -240,8 +241,6 @@ def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
     }
     if len(sweep) < 2:
         return []
-    from lobefem.branches import follow  # slow to import, as is SciPy with it
-
     return [
         vars(b) | {"pressures": b.pressures.tolist(), "values": b.values.tolist()}
         for b in follow(list(sweep.values()))

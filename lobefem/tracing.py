@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from lobefem import checks
 from lobefem._glance import Glance, Glanceable, number
@@ -319,6 +318,8 @@ class _Path:
                 critical = modes
                 return lowest
             return max(lowest, rayleigh(modes.state, critical[0].displacement))
+
+        from scipy.optimize import brentq  # slow to import, and seldom needed
 
         a, b = low.state.pressure, high.state.pressure
         brentq(value, a, b, xtol=1e-12 * abs(a), rtol=self.rtol / 4)
