@@ -17,11 +17,11 @@ from lobefem.errors import InputError
 # isort: split
 from dolfinx.mesh import exterior_facet_indices
 
-__all__ = ["require_manifold", "vouch"]
+__all__ = ["CORNERS", "require_manifold", "vouch"]
 
 Integers = npt.NDArray[np.int64]
 # a cell's corners in turn, by the number of its nodes
-_ROUND = {3: [0, 1, 2], 4: [0, 1, 3, 2], 6: [0, 1, 2], 9: [0, 1, 3, 2]}
+CORNERS = {3: [0, 1, 2], 4: [0, 1, 3, 2], 6: [0, 1, 2], 9: [0, 1, 3, 2]}
 
 
 _vouched: WeakSet[Any] = WeakSet()
@@ -49,7 +49,7 @@ def require_manifold(surface: Any, closed: bool) -> None:
     if mesh in _vouched:
         return
     nodes = _dolfinx.geometry_dofmap(mesh)
-    corners = nodes[:, _ROUND[nodes.shape[1]]].astype(np.int64)
+    corners = nodes[:, CORNERS[nodes.shape[1]]].astype(np.int64)
     directed = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
     keys = directed @ [len(mesh.geometry.x), 1]
     twice = len(np.unique(keys)) < len(keys)  # neighbours run along a common edge in opposite senses

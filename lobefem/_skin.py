@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._axis import across
+
 if TYPE_CHECKING:
     from lobefem.balloon import Balloon
 
-__all__ = ["Skin", "across", "around", "facing", "gather", "normals", "outline", "polygons", "skin"]
+__all__ = ["Skin", "around", "facing", "gather", "normals", "outline", "polygons", "skin"]
 
 Array = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -22,7 +24,7 @@ class Skin:
     """The whole film on one rank.
 
     Attributes:
-        x: node positions (nodes, 3) [m].
+        x: node positions (nodes, 3), from a point on the axis [m].
         faces: corner nodes of each cell, in order around it (cells, 3 or 4).
         grid: node numbers (rings, around) of a structured mesh, from the bottom and by angle; None
             for an unstructured one.
@@ -61,7 +63,8 @@ def gather(balloon: Balloon, *fields: Array) -> Skin | None:
     whole = _whole.gather(balloon.mesh, nodal, {})
     if whole is None:
         return None
-    return skin(whole.x, whole.cells, balloon.surface.axis, around(balloon), *whole.nodal.values())
+    axis = balloon.axis
+    return skin(whole.x - axis.origin, whole.cells, axis.direction, around(balloon), *whole.nodal.values())
 
 
 def around(balloon: Balloon) -> int:
@@ -74,7 +77,7 @@ def skin(x: Array, cells: Integers, axis: npt.ArrayLike, around: int, *fields: A
     """A skin of arrays in any order of nodes.
 
     Args:
-        x: node positions (nodes, 3) [m].
+        x: node positions (nodes, 3), from a point on the axis [m].
         cells: nodes of each cell, corners first and in order around it (cells, 3, 4, 6 or 9).
         axis: unit vector (3,).
         around: nodes around the axis of a structured mesh, 0 of an unstructured one.
@@ -92,14 +95,6 @@ def _grid(x: Array, axis: Array, around: int) -> Integers:
     angle = np.arctan2(x @ e2, x @ e1) * around / (2 * np.pi)
     sector = np.round(angle - angle.min()).astype(np.int64) % around
     return np.lexsort((sector, np.round(x @ axis, 6))).reshape(-1, around)
-
-
-def across(axis: Array) -> tuple[Array, Array]:
-    """Two unit vectors that complete the axis to a right-handed frame."""
-    e1 = np.eye(3)[np.argmin(np.abs(axis))]
-    e1 = e1 - (e1 @ axis) * axis
-    e1 /= np.linalg.norm(e1)
-    return e1, np.cross(axis, e1)
 
 
 def facing(skin: Skin, field: Array) -> tuple[Array, Array]:

@@ -23,8 +23,8 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from lobefem._assembly import NodalMatrix, NodalVector, integral, together, total, totals
+from lobefem._claims import examine
 from lobefem._glance import Glance, Glanceable, number
-from lobefem._manifold import require_manifold
 from lobefem._reduction import Reduction
 from lobefem.contact import Contact, SelfContact
 from lobefem.errors import InputError
@@ -39,7 +39,7 @@ from lobefem.parts import Parts
 from lobefem.plate_forces import PlateForces
 from lobefem.plates import PlateLoad
 from lobefem.profiling import timed
-from lobefem.supports import constraint_map, edge_nodes, plate_motion
+from lobefem.supports import axis_terms, constraint_map, edge_nodes, plate_motion
 
 __all__ = ["Balloon"]
 
@@ -65,11 +65,13 @@ class Balloon(Glanceable):
     Attributes:
         V, u: space and function of the displacement [m].
         X: positions of V's nodes at rest, ghosts included (nodes, 3) [m].
+        axis: where the surface stands, see `lobefem.surface.Surface`.
+        x, direction: of a point of the film from the axis's origin, and the axis, in UFL.
         map: from the unknowns q to u.
         reference_area, reference_volume: of the surface at rest [m^2, m^3].
 
     Raises:
-        InputError: parts that do not go together.
+        InputError: parts that do not go together, or a surface that is not what it claims.
 
     Collective.
     """
@@ -108,6 +110,7 @@ class Balloon(Glanceable):
             if prestressed:
                 raise InputError("the film gets its stress from the load path or by prestress, not from both")
             check_load_path(load_path, surface, film)
+        axis = examine(surface, self.plates is not None)
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
         # degree of geometry and displacement, from the nodes of a cell
@@ -119,9 +122,11 @@ class Balloon(Glanceable):
         self.u = fem.Function(self.V, name="displacement")
         self.pressure = fem.Constant(self.mesh, 0.0)
         self.prestress = fem.Constant(self.mesh, 0.0)
-        self.frame = frame if frame is not None else revolved_frame(self.mesh, surface.axis)
-        self.motion = plate_motion(surface, self.plates) if self.plates is not None else None
-        require_manifold(surface, self.motion is not None)
+        self.axis = axis
+        self.direction, origin = axis_terms(self.mesh, axis)
+        self.x = ufl.SpatialCoordinate(self.mesh) - origin
+        self.frame = frame if frame is not None else revolved_frame(self.mesh, self.direction, origin)
+        self.motion = plate_motion(surface, self.plates, axis) if self.plates is not None else None
         self.plate_forces = self._plate_forces(sorted_parts.plate_load)
         self.free: Balloon | None = None
         self.map = constraint_map(self.V, self.X, surface, self.held, self.motion)
@@ -129,15 +134,10 @@ class Balloon(Glanceable):
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._tangents: dict[int, Reduction] = {}
         self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
-        wanted = fem.Constant(self.mesh, 1.0), film_volume(ufl.SpatialCoordinate(self.mesh), self.frame)
+        wanted = fem.Constant(self.mesh, 1.0), film_volume(self.x, self.frame)
         form = together(self.mesh, *((f, self.forms.dx) for f in wanted))
         self.reference_area, self.reference_volume = map(float, totals(self.mesh, form))
         self.reference_volume += self.motion.volume if self.motion else 0.0
-        if self.motion is not None and self.reference_volume <= 0:
-            raise InputError(
-                f"the surface encloses {self.reference_volume:.3g} m^3: its cells are turned inwards; "
-                "reverse the order of their corners"
-            )
 
     def on(self, surface: Any) -> Balloon:
         """The same film and parts on another surface. Collective.

@@ -17,7 +17,8 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from lobefem._skin import across, gather, polygons
+from lobefem._axis import across
+from lobefem._skin import gather, polygons
 from lobefem._style import MM, STYLE
 from lobefem.balloon import Balloon
 from lobefem.errors import InputError

@@ -108,7 +108,8 @@ def critical_pressure(
     if one.vector is None:
         return CriticalPressure(one.pressures[0], None, (), divisions, harmonic)
     x = sector.expand(balloon, one.vector, first)[0]
-    mode = make_mode(balloon, balloon.map.create_vector(), Pair(0j, x, x.duplicate()), one.residual)
+    pair = Pair(0j, x, x.duplicate())
+    mode = make_mode(balloon, balloon.map.create_vector(), pair, one.residual, first)
     pressures = one.pressures
     if harmonic is None:  # each as often as the full model has it
         pressures = tuple(

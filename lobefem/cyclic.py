@@ -25,6 +25,8 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from lobefem import checks
+from lobefem._dolfinx import geometry_dofmap
+from lobefem._manifold import CORNERS
 from lobefem.balloon import Balloon
 from lobefem.contact import SelfContact
 from lobefem.errors import InputError
@@ -59,7 +61,7 @@ def sector_balloon(balloon: Balloon) -> Balloon:
         raise InputError("a single harmonic needs the film's own frame; leave frame out")
     if balloon.load_path is not None or any(isinstance(part, PlateLoad) for part in balloon.parts):
         raise InputError("a single harmonic is of the shape as drawn; leave load_path and PlateLoad out")
-    sector = sector_of(balloon.surface)
+    sector = sector_of(balloon.surface, balloon.axis)
     for cords in balloon.cords:
         wanted = cords.groups(balloon.surface)
         # a sector is meshed anew, without the edges that a user has named
@@ -288,12 +290,13 @@ class Sector:
         motion = self.balloon.motion
         names = motion.names if motion is not None else ()
         columns: list[Complex] = []
+        x, y, z = self.balloon.axis.basis
         for k, name in enumerate(names):
             column = np.zeros(len(names), dtype=complex)
-            if harmonic == 0 and name.endswith("_z"):
-                column[k] = 1
-            elif harmonic == 1 and name.endswith(("_x", "_1")):
-                column[k], column[k + 1] = 1, 1j
+            if name.endswith("_x") and harmonic <= 1:  # the first of a vector's three components
+                column[k : k + 3] = z if harmonic == 0 else x + 1j * y
+            elif name.endswith("_1") and harmonic == 1:  # the first of a tilt's two
+                column[k : k + 2] = motion.across @ (x + 1j * y)  # type: ignore[union-attr]
             else:
                 continue
             columns.append(column)
@@ -310,26 +313,29 @@ class Sector:
 
     def _lie(self, balloon: Balloon, nodes: Any) -> _Places:
         """Of some of the nodes that this rank owns."""
-        angle, height, frame = cylindrical(balloon)
-        radius = np.einsum("ni,ni->n", balloon.X[: len(frame)], frame[:, 0])
-        turns = np.mod(angle[nodes], 2 * np.pi) * self.order / (2 * np.pi)
+        return self._lie_at(balloon, _own_nodes(balloon)[nodes])
+
+    def _lie_at(self, balloon: Balloon, x: Array) -> _Places:
+        angle, height, radius, frame = balloon.axis.cylindrical(x)
+        turns = np.mod(angle, 2 * np.pi) * self.order / (2 * np.pi)
         sector = np.floor(turns + 1e-6).astype(np.int64)
         inside = np.round((turns - sector) * 1e6).astype(np.int64)
-        keys = np.stack([np.round(height[nodes] / self._span * 1e7).astype(np.int64), inside], axis=1)
-        return _Places(sector % self.order, keys, radius[nodes], frame[nodes])
+        keys = np.stack([np.round(height / self._span * 1e7).astype(np.int64), inside], axis=1)
+        return _Places(sector % self.order, keys, radius, frame)
 
     def _compare_shape(self, balloon: Balloon) -> None:
-        """Refuse a balloon whose nodes, held ones too, lie elsewhere than in equal sectors. Collective."""
-        own, all_nodes = self._lie(self.balloon, slice(None)), self._lie(balloon, slice(None))
-        near = np.flatnonzero(own.sector == 0)
-        near = near[_order(own.keys[near])]
-        slot = _found(own.keys[near], all_nodes.keys)
-        off = (slot < 0) | (np.abs(all_nodes.radius - own.radius[near][slot]) > 1e-7 * self._span)
-        if count := balloon.comm.allreduce(int(off.sum())):
-            raise InputError(
-                f"a single harmonic needs equal sectors of the shape as drawn, and {count} nodes lie "
-                "elsewhere; leave harmonics out"
-            )
+        """Refuse a balloon whose nodes, held or not, or cells are not those of equal sectors. Collective."""
+        for what, places in (("nodes", _own_nodes), ("cells", _middles)):
+            own, whole = (self._lie_at(one, places(one)) for one in (self.balloon, balloon))
+            near = np.flatnonzero(own.sector == 0)
+            near = near[_order(own.keys[near])]
+            slot = _found(own.keys[near], whole.keys)
+            off = (slot < 0) | (np.abs(whole.radius - own.radius[near][slot]) > 1e-7 * self._span)
+            if count := balloon.comm.allreduce(int(off.sum())):
+                raise InputError(
+                    f"a single harmonic needs equal sectors of the shape as drawn, and {count} {what} lie "
+                    "elsewhere; leave harmonics out"
+                )
 
     def _compare(self, whole: Balloon) -> None:
         """Refuse a balloon of which one sector holds other nodes than the next. Collective."""
@@ -345,6 +351,18 @@ class Sector:
         if (slot < 0).any():
             raise InputError(_ALIKE)
         return slot
+
+
+def _own_nodes(balloon: Balloon) -> Array:
+    """Places of the nodes that this rank owns."""
+    return balloon.X[: balloon.V.dofmap.index_map.size_local]
+
+
+def _middles(balloon: Balloon) -> Array:
+    """Means of the corners of the cells that this rank owns: which nodes a cell joins shows in them."""
+    mesh = balloon.mesh
+    dofmap = geometry_dofmap(mesh)[: mesh.topology.index_map(2).size_local]
+    return mesh.geometry.x[dofmap[:, CORNERS[dofmap.shape[1]]]].mean(axis=1)
 
 
 def _order(keys: Index) -> Index:

@@ -13,7 +13,6 @@ from lobefem import checks
 from lobefem.balloon import Balloon
 from lobefem.errors import InputError
 from lobefem.guides import BendGuide, Guide, PushedNodes, TipGuide, TwistGuide, WaveGuide
-from lobefem.harmonics import cylindrical
 from lobefem.plates import PlateMotion
 
 __all__ = ["Bend", "Distortion", "Tip", "Twist", "Wave"]
@@ -57,6 +56,8 @@ class Distortion(ABC):
 @dataclass(frozen=True)
 class Tip(Distortion):
     """The top centre is pushed sideways, along x (paper fig. 21a); plate and bar turn freely.
+
+    Here and below x, y, z are a balloon's on the z axis; on another one e1, e2, e3 of `lobefem.guides`.
 
     Args:
         displacement: delta [m]; the reaction is the force along x [N].
@@ -199,12 +200,13 @@ class Wave(Distortion):
     def guide(self, balloon: Balloon) -> Guide:
         """A `WaveGuide` of the equators' nodes. Collective."""
         motion, n = _motion(balloon), self.n
-        angle, height, frames = cylindrical(balloon)
+        owned = balloon.V.dofmap.index_map.size_local
+        angle, height, radius, frames = balloon.axis.cylindrical(balloon.X[:owned])
         lobe = motion.length / balloon.surface.num_lobes
-        above = (height - motion.centres[0] @ motion.direction) / lobe - 0.5  # the lowest equator, in lobes
+        bottom = (motion.centres[0] - balloon.axis.origin) @ motion.direction
+        above = (height - bottom) / lobe - 0.5  # the lowest equator, in lobes
         nodes = np.flatnonzero(np.abs(above - np.round(above)) < 1e-6).astype(np.int32)
-        x = balloon.X[nodes]
-        radius = np.einsum("nj,nj->n", x, frames[nodes, 0])
+        radius = radius[nodes]
         shrink = (n**2 - 1) ** 2 / (4 * n**2 * radius) if n else np.zeros_like(radius)
         pushed = PushedNodes(nodes, frames[nodes], np.cos(n * angle[nodes]), -shrink)
         return WaveGuide(motion, self.kind, pushed)

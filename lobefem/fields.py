@@ -102,8 +102,7 @@ def _functions(snapshot: Snapshot, imaginary: bool) -> list[Any]:
         if imaginary:  # for all or for none: readers keep a field that a later step lacks
             found.append(_nodal(balloon, f"mode_{k}_imag", mode.displacement_imag))
     lobes = fem.Function(fem.functionspace(balloon.mesh, ("DG", 0)), name="lobe")
-    cells = balloon.surface.lobes.indices
-    lobes.x.array[cells] = balloon.surface.lobes.values
+    lobes.x.array[:] = balloon.surface.lobe_numbers()
     return [*found, lobes]
 
 

@@ -22,10 +22,9 @@ import numpy.typing as npt
 from lobefem import _petsc, _snes
 from lobefem.balloon import Balloon
 from lobefem.log import logger
-from lobefem.measures import stiffness_scale
+from lobefem.measures import middle_nodes, stiffness_scale
 
 # isort: split
-from mpi4py import MPI
 from petsc4py import PETSc
 
 __all__ = ["Flow", "Ledger", "Record", "damping_scale"]
@@ -175,7 +174,7 @@ class Flow:
         self.damping, self.tolerance, self.settled = damping, tolerance, settled
         self.ledger, self.on_step = ledger, on_step
         self.history: list[Record] = []
-        self._middle = _middle_nodes(balloon)
+        self._middle = middle_nodes(balloon)
         self._r, self._force, self._held, self._change, self._work, self._begin, self._last = (
             q.duplicate() for _ in range(7)
         )
@@ -468,14 +467,3 @@ class _State:
     areas: Array
     centres: Array
     dead: float
-
-
-def _middle_nodes(balloon: Balloon) -> npt.NDArray[np.int64]:
-    """This rank's own nodes of the ring at half the height: the middle hoop, or an equator. Collective."""
-    owned, comm = balloon.V.dofmap.index_map.size_local, balloon.comm
-    height = balloon.X[:owned] @ np.asarray(balloon.surface.axis)
-    low = comm.allreduce(height.min(initial=np.inf), op=MPI.MIN)
-    high = comm.allreduce(height.max(initial=-np.inf), op=MPI.MAX)
-    off = np.abs(height - (low + high) / 2)
-    nearest = comm.allreduce(off.min(initial=np.inf), op=MPI.MIN)
-    return np.flatnonzero(off < nearest + 1e-6 * (high - low))

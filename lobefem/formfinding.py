@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import _dolfinx
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, Progress, inflate, placed_state
 from lobefem.errors import ConvergenceError, InputError
@@ -126,10 +127,10 @@ def find_form(
     expected = FormedLobe.inflated(radius, length, Et, pressure)  # refuses what cannot be
     film = FixedWrinkles(E=Et / FixedWrinkles.thickness)
     balloon = Balloon(surface, film, [GasPressure("film"), EndPlates(support="fixed")])
-    X = balloon.X
-    share = X[:, 2] / length
+    _, height, _, frames = balloon.axis.cylindrical(balloon.X)
+    share = height / length
     bulge = 4 * share * (1 - share) * (3 * pressure * length**4 / (64 * Et)) ** (1 / 3)
-    start = placed_state(balloon, X * [1.0, 1.0, 0.0] * (bulge / radius)[:, None])
+    start = placed_state(balloon, bulge[:, None] * frames[:, 0])
     state = inflate(balloon, pressure, start=start, progress=progress)
     rows = surface.divisions[0]
     shape, distance, rings = _nearest_lobe(state, rows * balloon.order, expected)
@@ -152,10 +153,10 @@ def _nearest_lobe(state: Equilibrium, steps: int, first: FormedLobe) -> tuple[Fo
     """
     balloon = state.balloon
     owned = balloon.V.dofmap.index_map.size_local
-    X = balloon.X[:owned]
-    x = X + state.displacement[:owned]
+    X, axis = balloon.X[:owned], balloon.axis
+    x = axis.relative(X + state.displacement[:owned])
     length = balloon.surface.shape.height
-    ring = np.rint(X[:, 2] / length * steps).astype(np.int64)
+    ring = np.rint(axis.relative(X)[:, 2] / length * steps).astype(np.int64)
     found = np.column_stack([np.hypot(x[:, 0], x[:, 1]), x[:, 2] - length / 2])
     sums = np.zeros((steps + 1, 3))
     np.add.at(sums, ring, np.column_stack([np.ones(owned), found]))
@@ -202,9 +203,13 @@ def row_means(state: Equilibrium) -> Array:
     topology = surface.mesh.topology
     owned, cells = topology.index_map(2).size_local, topology.index_map(2).size_global
     N = state.true_resultants().x.array.reshape(-1, 3)[:owned]
-    # structured cells are numbered row by row from the bottom
-    rows = shape[0] * shape[1]
-    row = np.asarray(topology.original_cell_index)[:owned] // (cells // rows)
+    balloon, rows = state.balloon, shape[0] * shape[1]
+    corners = surface.mesh.geometry.x[_dolfinx.geometry_dofmap(surface.mesh)[:owned]]
+    heights = (corners - balloon.axis.origin) @ balloon.axis.direction
+    # all cells of a row are as high, up to round-off: as many lie below as the rows below hold
+    middle = (heights.min(axis=1) + heights.max(axis=1)) / 2
+    below = np.searchsorted(np.sort(np.concatenate(balloon.comm.allgather(middle))), middle)
+    row = below // (cells // rows)
     sums = np.zeros((rows, 3))
     np.add.at(sums, row, N)
-    return (state.balloon.comm.allreduce(sums) * rows / cells).reshape(*shape, 3)
+    return (balloon.comm.allreduce(sums) * rows / cells).reshape(*shape, 3)

@@ -56,7 +56,7 @@ class WeakForms:
         mesh, u, number = self.mesh, self.u, self.number
         surface, film = balloon.surface, balloon.film
         self._film = film
-        X = ufl.SpatialCoordinate(mesh)
+        X, axis = balloon.x, balloon.direction
         simplex = mesh.topology.cell_name() == "triangle"
         linear = balloon.order == 1 and simplex
         if degree is None:
@@ -69,10 +69,9 @@ class WeakForms:
         dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
         strain = green_lagrange(u, self.frame)
         if balloon.prestressed:
-            shape, axis = surface.shape, ufl.as_vector(list(surface.axis))
             across = X - ufl.dot(X, axis) * axis
             radius = ufl.sqrt(ufl.dot(across, across))
-            resultant = balloon.prestress * number(shape.meridional_tension) / radius
+            resultant = balloon.prestress * number(surface.shape.meridional_tension) / radius
             strain = strain + film.prestrain(resultant, number, hoop_slack)
         if load_path is not None:
             found = fem.Function(self.V)

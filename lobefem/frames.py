@@ -1,6 +1,6 @@
 """Shapes on the way of a perturbation, a few dozen of them, for pictures of the motion.
 
-    frames/mesh.npz      nodes, cells, axis
+    frames/mesh.npz      nodes from a point on the axis, cells, direction of the axis
     frames/000012.npz    displacement at point 12 of the history
 
 All in single precision, in the order of the mesh's input. Which points are kept the number alone says, so
@@ -74,7 +74,8 @@ def keep_frame(folder: Path, point: int, state: Keepable, always: Collection[int
         frames = folder / "frames"
         frames.mkdir(exist_ok=True)
         if not (frames / "mesh.npz").exists():
-            mesh = {"x": whole.x, "cells": whole.cells, "axis": balloon.surface.axis}
+            axis = balloon.axis
+            mesh = {"x": whole.x - axis.origin, "cells": whole.cells, "axis": axis.direction}
             _save(frames / "mesh.npz", mesh | {"around": np.array(around(balloon))})
         _save(frames / f"{point:06d}.npz", whole.nodal)
         for path in frames.glob("[0-9]*.npz"):

@@ -11,9 +11,10 @@ from lobefem.measures import nodal_areas, straining_share
 # isort: split
 from mpi4py import MPI
 
-__all__ = ["cylindrical", "kind_of", "label", "spectrum"]
+__all__ = ["cylindrical", "dominant", "kind_of", "spectrum"]
 
 Array = npt.NDArray[np.float64]
+_FEWEST = 3  # nodes of equal height, in the mean, that make a ring
 
 
 def cylindrical(balloon: Balloon) -> tuple[Array, Array, Array]:
@@ -22,31 +23,21 @@ def cylindrical(balloon: Balloon) -> tuple[Array, Array, Array]:
     Returns:
         angle (n,) [rad], height (n,) [m], cylindrical frame (n, 3, 3; rows radial, hoop, axial).
     """
-    axis = np.asarray(balloon.surface.axis, dtype=float)
-    first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
-    first /= np.linalg.norm(first)
-    if abs(axis[2]) == 1.0:
-        first = np.array([1.0, 0.0, 0.0])
-    second = np.cross(axis, first)
     X = balloon.X[: balloon.V.dofmap.index_map.size_local]
-    angle = np.arctan2(X @ second, X @ first)
-    radial = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
-    hoop = np.cross(axis, radial)
-    frame = np.stack([radial, hoop, np.broadcast_to(axis, radial.shape)], axis=1)
-    return angle, X @ axis, frame
+    angle, height, _, frame = balloon.axis.cylindrical(X)
+    return angle, height, frame
 
 
-def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> Array:
+def spectrum(balloon: Balloon, real: Array, imag: Array) -> Array:
     """Share of each circumferential harmonic n = 0, 1, ... in a displacement; sums to 1.
 
     Nodes are gathered into rings of equal height; each ring's cylindrical components are analysed
-    with nodal areas as weights. On rings of N nodes n runs to N/2.
+    with nodal areas as weights. On a ring of N nodes n runs to N/2: beyond it are the aliases of lower ones.
 
     Args:
         balloon: whose nodes they are.
         real: nodal displacements (nodes, 3), as kept by a mode.
         imag: their imaginary part.
-        highest: largest harmonic looked at.
 
     Collective.
     """
@@ -56,26 +47,20 @@ def spectrum(balloon: Balloon, real: Array, imag: Array, highest: int = 64) -> A
     field = np.einsum("nij,nj->ni", frame, real[:n] + 1j * imag[:n]) * weights[:, None]
     rings, num_rings = _rings(balloon, height)
     divisions = balloon.surface.divisions
-    around = divisions[1] * balloon.order if divisions else 2 * highest + 1
-    highest = min(highest, around // 2)
-    total = np.bincount(rings, weights, num_rings)
-    orders = np.arange(-highest, highest + 1)
-    if divisions:
-        coefficients = _of_grid(
-            field, rings, np.rint(angle * around / (2 * np.pi)), around, num_rings, orders
-        )
-    else:
-        from scipy import sparse  # slow to import, and our own meshes are grids
-
-        ringwise = sparse.csr_array((np.ones(n), (rings, np.arange(n))), (num_rings, n))
-        coefficients = np.stack([ringwise @ (field * np.exp(-1j * k * angle)[:, None]) for k in orders])
+    counts = balloon.comm.allreduce(np.bincount(rings, minlength=num_rings))
+    total = np.maximum(balloon.comm.allreduce(np.bincount(rings, weights, num_rings)), 1e-300)
+    if divisions and (counts == divisions[1] * balloon.order).all():
+        columns = np.rint(angle * counts[0] / (2 * np.pi))
+        coefficients = _of_grid(field, rings, columns, int(counts[0]), num_rings)
+    else:  # a mesh of scattered nodes, or one moved by hand
+        coefficients = _of_scattered(field, rings, angle, int(counts.max()), num_rings)
     balloon.comm.Allreduce(MPI.IN_PLACE, coefficients)
-    total = np.maximum(balloon.comm.allreduce(total), 1e-300)
-    energy = (np.abs(coefficients) ** 2 / total[:, None]).sum(axis=(1, 2))
-    power = energy[highest:].copy()
-    power[1:] += energy[:highest][::-1]
-    if 2 * highest == around:
-        power[highest] /= 2  # n and -n are the same there
+    energy = (np.abs(coefficients) ** 2).sum(axis=-1) / total
+    # n beyond half the nodes on a ring is the alias of a lower one, n at the half that of -n
+    orders = 2 * np.arange(coefficients.shape[1])[:, None]
+    energy *= np.where(orders > counts, 0.0, np.where(orders == counts, 0.5, 1.0))
+    power = energy.sum(axis=(0, 2))
+    power[0] /= 2
     return power / power.sum()
 
 
@@ -85,23 +70,50 @@ def _of_grid(
     columns: Array,
     around: int,
     num_rings: int,
-    orders: npt.NDArray[np.int64],
 ) -> npt.NDArray[np.complex128]:
-    """Sums over each ring of field e^{-i k theta}, (orders, rings, 3), of nodes at equal angles.
+    """Sums over each ring of field e^{-i k theta}, k = n and -n, (2, orders, rings, 3), at equal angles.
 
     The nodes fill a part of a grid; what is not this rank's is zero.
     """
-    coefficients = np.zeros((len(orders), num_rings, 3), dtype=complex)
+    orders = np.arange(around // 2 + 1)
+    coefficients = np.zeros((2, len(orders), num_rings, 3), dtype=complex)
     here, row = np.unique(rings, return_inverse=True)
     grid = np.zeros((len(here), 3, around), dtype=complex)
     grid[row, :, columns.astype(np.int64) % around] = field
-    coefficients[:, here] = np.moveaxis(np.fft.fft(grid)[..., orders % around], 2, 0)
+    transform = np.moveaxis(np.fft.fft(grid), 2, 0)
+    coefficients[0][:, here], coefficients[1][:, here] = transform[orders], transform[-orders]
     return coefficients
 
 
-def label(balloon: Balloon, real: Array, imag: Array, power: Array) -> str:
-    """The kind of a mode by its dominant harmonic, see `kind_of`. Collective."""
-    return kind_of(balloon, real + 1j * imag, int(np.argmax(power)))
+def _of_scattered(
+    field: npt.NDArray[np.complex128],
+    rings: npt.NDArray[np.int64],
+    angle: Array,
+    most: int,
+    num_rings: int,
+) -> npt.NDArray[np.complex128]:
+    """The same of nodes at any angles, at `most` so many on a ring."""
+    from scipy import sparse  # slow to import, and our own meshes are grids
+
+    n = len(angle)
+    ringwise = sparse.csr_array((np.ones(n), (rings, np.arange(n))), (num_rings, n))
+    coefficients = np.zeros((2, most // 2 + 1, num_rings, 3), dtype=complex)
+    step, phase = np.exp(-1j * angle), np.ones(n, dtype=complex)
+    for k in range(most // 2 + 1):
+        coefficients[0, k] = ringwise @ (field * phase[:, None])
+        coefficients[1, k] = ringwise @ (field * phase.conj()[:, None])
+        phase *= step
+    return coefficients
+
+
+def dominant(power: Array) -> tuple[int, ...]:
+    """Harmonics by their share, strongest first; of those that share the first place the lowest one first.
+
+    Evenly spaced nodes cannot tell n from its aliases.
+    """
+    strongest = np.argsort(-power, kind="stable").tolist()
+    first = int(np.argmax(power >= (1 - 1e-6) * power.max()))
+    return (first, *(n for n in strongest if n != first))
 
 
 def kind_of(balloon: Balloon, displacement: npt.NDArray[np.complex128], harmonic: int) -> str:
@@ -133,19 +145,20 @@ def kind_of(balloon: Balloon, displacement: npt.NDArray[np.complex128], harmonic
 def _rings(balloon: Balloon, height: Array) -> tuple[npt.NDArray[np.int64], int]:
     """Ring index of each owned node, and the number of rings.
 
-    The index is the height's rank on a structured mesh, a class of heights otherwise.
+    The index is the height's rank where several nodes have each, a class of heights otherwise.
     """
     comm = balloon.comm
     low = comm.allreduce(height.min(initial=np.inf), op=MPI.MIN)
     high = comm.allreduce(height.max(initial=-np.inf), op=MPI.MAX)
     scaled = (height - low) / (high - low)
-    if balloon.surface.divisions is None:
-        # classes about a cell high
-        cells = balloon.mesh.topology.index_map(2).size_global
-        num = max(int((high - low) / np.sqrt(balloon.reference_area / cells)), 1)
-        return np.minimum((scaled * num).astype(np.int64), num - 1), num
     keys = np.round(scaled * 1e7).astype(np.int64)
     levels = np.unique(np.concatenate(comm.allgather(np.unique(keys))))
     # neighbours that rounding split belong together
     group = np.concatenate([[0], np.cumsum(np.diff(levels) > 3)])
-    return group[np.searchsorted(levels, keys)], int(group[-1]) + 1
+    num = int(group[-1]) + 1
+    if _FEWEST * num <= balloon.V.dofmap.index_map.size_global:
+        return group[np.searchsorted(levels, keys)], num
+    # classes about a cell high
+    cells = balloon.mesh.topology.index_map(2).size_global
+    num = max(int((high - low) / np.sqrt(balloon.reference_area / cells)), 1)
+    return np.minimum((scaled * num).astype(np.int64), num - 1), num

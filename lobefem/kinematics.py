@@ -39,14 +39,14 @@ def _unit(vector: Any) -> Any:
     return vector / ufl.sqrt(ufl.dot(vector, vector))
 
 
-def revolved_frame(mesh: Any, axis: Any) -> Frame:
-    """The frame of a surface of revolution about `axis` through the origin.
+def revolved_frame(mesh: Any, axis: Any, origin: Any = (0.0, 0.0, 0.0)) -> Frame:
+    """The frame of a surface of revolution about `axis`, a unit vector, through the point `origin`.
 
-    The hoop direction is axis x X projected on the element's own plane, so that it stays a tangent
+    The hoop direction is axis x (X - origin) projected on the element's own plane, so that it stays a tangent
     of a faceted surface too and turns with X inside a facet; the meridian is m = h x n.
     """
     n = ufl.CellNormal(mesh)
-    around = ufl.cross(ufl.as_vector(list(axis)), ufl.SpatialCoordinate(mesh))
+    around = ufl.cross(ufl.as_vector(list(axis)), ufl.SpatialCoordinate(mesh) - ufl.as_vector(list(origin)))
     h = _unit(around - ufl.dot(around, n) * n)
     return Frame(ufl.cross(h, n), h, n)
 
@@ -74,23 +74,22 @@ def area_vector(u: Any, frame: Frame) -> Any:
     return ufl.cross(frame.m + ufl.dot(gradient, frame.m), frame.h + ufl.dot(gradient, frame.h))
 
 
-def true_resultants(S: Any, u: Any, mesh: Any, axis: Any, frame: Frame) -> Any:
+def true_resultants(S: Any, u: Any, frame: Frame, x: Any, axis: Any) -> Any:
     """True stress resultants (N_phi, N_theta, N_phitheta) of the deformed film, F S F^T/J.
 
     Args:
         S: second Piola-Kirchhoff resultants in `frame`, 2x2.
         u: displacement.
-        mesh: the surface mesh.
-        axis: of the surface, through the origin; the components are those along the deformed surface's
-            meridian and hoop about it.
         frame: the reference frame.
+        x: reference position from a point on the axis.
+        axis: its direction; the components are those along the deformed surface's meridian and hoop about it.
     """
     gradient = ufl.grad(u)
     f = frame.m + ufl.dot(gradient, frame.m), frame.h + ufl.dot(gradient, frame.h)
     area = area_vector(u, frame)
     J = ufl.sqrt(ufl.dot(area, area))
     n = area / J
-    around = ufl.cross(ufl.as_vector(list(axis)), ufl.SpatialCoordinate(mesh) + u)
+    around = ufl.cross(ufl.as_vector(list(axis)), x + u)
     h = _unit(around - ufl.dot(around, n) * n)
     m = ufl.cross(h, n)
 

@@ -4,8 +4,8 @@
 - `closed`: on film and plates, potential -p V, V the enclosed volume; symmetric.
 
 With both rims held the two give the same film forces. `closed` needs a closed surface: a free edge
-without a plate leaves the volume, and with it the load, dependent on the origin (edges in symmetry
-planes through the origin are fine).
+without a plate leaves the volume, and with it the load, dependent on the point from which places count, that
+of the axis at the bottom rim (edges in symmetry planes through the axis are fine).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def film_volume_change(u: Any, x: Any, frame: Frame) -> Any:
 
     Args:
         u: displacement.
-        x: reference position.
+        x: reference position from a point on the axis.
         frame: the reference frame.
     """
     gradient = ufl.grad(u)

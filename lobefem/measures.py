@@ -25,6 +25,7 @@ __all__ = [
     "is_turn",
     "largest",
     "largest_of_state",
+    "middle_nodes",
     "nodal_areas",
     "num_turns",
     "owned_nodes",
@@ -74,7 +75,7 @@ def true_resultants(balloon: Balloon) -> Any:
     Collective.
     """
     S = balloon.film.stress(balloon.forms.strain, balloon.forms.number)
-    N = kinematics.true_resultants(S, balloon.u, balloon.mesh, balloon.surface.axis, balloon.frame)
+    N = kinematics.true_resultants(S, balloon.u, balloon.frame, balloon.x, balloon.direction)
     return _cell_means(balloon, N, "true stress resultants")
 
 
@@ -130,6 +131,17 @@ def largest(balloon: Balloon, displacement: npt.NDArray[Any]) -> float:
     """Largest nodal displacement [m]. Collective."""
     square = (np.abs(displacement) ** 2).sum(axis=1).max(initial=0.0)
     return float(np.sqrt(balloon.comm.allreduce(square, op=MPI.MAX)))
+
+
+def middle_nodes(balloon: Balloon) -> npt.NDArray[np.int64]:
+    """This rank's own nodes of the ring at half the height: the middle hoop, or an equator. Collective."""
+    owned, comm = balloon.V.dofmap.index_map.size_local, balloon.comm
+    height = (balloon.X[:owned] - balloon.axis.origin) @ balloon.axis.direction
+    low = comm.allreduce(height.min(initial=np.inf), op=MPI.MIN)
+    high = comm.allreduce(height.max(initial=-np.inf), op=MPI.MAX)
+    off = np.abs(height - (low + high) / 2)
+    nearest = comm.allreduce(off.min(initial=np.inf), op=MPI.MIN)
+    return np.flatnonzero(off < nearest + 1e-6 * (high - low))
 
 
 # --- rigid motions that supports leave ----------------------------------------------------------

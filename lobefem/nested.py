@@ -46,7 +46,7 @@ def coarser_balloon(balloon: Balloon) -> Balloon | None:
     bound = (balloon.contact, balloon.guide, balloon.given_frame, balloon.load_path)
     if any(part is not None for part in bound) or nodes <= max(_WORTH, _PER_RANK * balloon.comm.size):
         return None
-    surface = coarser(balloon.surface)
+    surface = coarser(balloon.surface, balloon.axis)
     return balloon.on(surface) if surface is not None else None
 
 
@@ -75,20 +75,22 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
     needed = np.flatnonzero(wanted)
     values = _collect(coarse, row * around + column, needed, count)
     # radial, hoop and axial components, each at its own node's azimuth
-    values = _turned(values, -2 * np.pi / around * (needed % around))
+    basis = balloon.axis.basis
+    values = _turned(values @ basis.T, -2 * np.pi / around * (needed % around))
     weights = (row_weights[:, :, None] * column_weights[:, None, :]).reshape(-1, 16)
     local = np.cumsum(wanted) - 1
     found = np.zeros((len(at), 3))
     for k in range(16):  # all at once take more memory and time
         found += weights[:, k, None] * values[local[at[:, k]]]
-    balloon.u.x.array[: balloon.map.owned] = _turned(found, np.pi / around * fine_column).ravel()
+    found = _turned(found, np.pi / around * fine_column) @ basis
+    balloon.u.x.array[: balloon.map.owned] = found.ravel()
     balloon.u.x.scatter_forward()
     w, _, _ = coarse.map.plate_parameters(coarse.map.parameters(q))
     return balloon.map.unknowns(balloon.u, w)
 
 
 def _turned(vectors: Array, angle: npt.NDArray[np.floating[Any]]) -> Array:
-    """Vectors (n, 3) turned about z by angles (n,) [rad]."""
+    """Vectors (n, 3) turned about the third axis by angles (n,) [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     x, y, z = vectors.T
     return np.stack([c * x - s * y, s * x + c * y, z], axis=-1)
@@ -120,10 +122,11 @@ def _heights(balloon: Balloon) -> Array:
 
 def _places(balloon: Balloon) -> tuple[Integers, Integers, int]:
     """Row and column in the grid of each node that this rank owns, and the grid's columns."""
-    heights, x = _heights(balloon), balloon.X[: balloon.map.owned // 3]
+    heights = _heights(balloon)
+    angle, height, _, _ = balloon.axis.cylindrical(balloon.X[: balloon.map.owned // 3])
     around = balloon.order * balloon.surface.divisions[1]
-    row = np.searchsorted((heights[1:] + heights[:-1]) / 2, x[:, 2])
-    column = np.rint(np.arctan2(x[:, 1], x[:, 0]) * around / (2 * np.pi)).astype(np.int64) % around
+    row = np.searchsorted((heights[1:] + heights[:-1]) / 2, height)
+    column = np.rint(angle * around / (2 * np.pi)).astype(np.int64) % around
     return row, column, around
 
 

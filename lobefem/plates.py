@@ -170,6 +170,7 @@ class PlateMotion:
         plates: supports and bar.
         centres: bottom and top plate centres (2, 3) [m].
         areas: plate areas (2,) [m^2], as enclosed by the meshed rims.
+        origin: about which volumes are counted (3,) [m].
 
     Attributes:
         size: number of free parameters y.
@@ -178,9 +179,10 @@ class PlateMotion:
         across: two unit vectors across it (2, 3), right-handed with its direction.
     """
 
-    def __init__(self, plates: EndPlates, centres: Array, areas: Array) -> None:
+    def __init__(self, plates: EndPlates, centres: Array, areas: Array, origin: npt.ArrayLike = 0.0) -> None:
         self.plates = plates
         self.centres = np.asarray(centres, dtype=float)
+        self._arms = self.centres - origin
         span = self.centres[1] - self.centres[0]
         self.length = float(np.linalg.norm(span))
         self.direction = span / self.length
@@ -259,7 +261,7 @@ class PlateMotion:
     @property
     def volume(self) -> float:
         """The plates' part of the enclosed volume at rest, sum A n . C/3 [m^3]."""
-        return float((self.area_vectors * self.centres).sum()) / 3
+        return float((self.area_vectors * self._arms).sum()) / 3
 
     def turned_area_vectors(self, w: Array) -> Array:
         """Outward area vectors (2, 3) [m^2] of the plates at w."""
@@ -279,7 +281,7 @@ class PlateMotion:
             d, t = slice(6 * k, 6 * k + 3), slice(6 * k + 3, 6 * k + 6)
             R, dR, d2R = rotation(w[t])
             a = self.area_vectors[k] / 3
-            x = self.centres[k] + w[d]
+            x = self._arms[k] + w[d]
             value += float((R - np.eye(3)) @ a @ x + a @ w[d])
             gradient[d] += R @ a
             gradient[t] += np.einsum("aij,j,i->a", dR, a, x)

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _petsc
+from lobefem._axis import across
 from lobefem._snes import REASONS, Newton, largest_step
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, record
@@ -24,12 +25,11 @@ from lobefem.errors import ConvergenceError
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.guides import Guide
 from lobefem.log import logger
-from lobefem.measures import stiffness_scale
+from lobefem.measures import middle_nodes, stiffness_scale
 from lobefem.progress import said
 from lobefem.units import in_degrees
 
 # isort: split
-from mpi4py import MPI
 from petsc4py import PETSc
 
 __all__ = ["Increment", "OnStep", "Ramp", "mid_hoop_displacement"]
@@ -327,20 +327,12 @@ def _integral(points: list[tuple[float, float]]) -> float:
 def mid_hoop_displacement(state: Equilibrium) -> float:
     """Displacement along x of the middle hoop's centre [m]; of an odd number of lobes the equator's.
 
-    The mean over the nodes of the ring, or over those nearest to the middle. Collective.
+    The mean over the nodes of the ring, or over those nearest to the middle; e1 in the place of x where the
+    axis is not z. Collective.
     """
     balloon = state.balloon
-    surface, axis = balloon.surface, np.asarray(balloon.surface.axis)
-    owned, lobes = balloon.V.dofmap.index_map.size_local, balloon.surface.num_lobes
-    if lobes % 2 == 0:
-        nodes = balloon.edge_nodes(f"seam_{lobes // 2}")
-        nodes = nodes[nodes < owned]
-    else:
-        height = balloon.X[:owned] @ axis
-        off = np.abs(height - lobes * surface.shape.height / 2)
-        nearest = balloon.comm.allreduce(off.min(initial=np.inf), op=MPI.MIN)
-        nodes = np.flatnonzero(off < nearest + 1e-6 * surface.shape.height).astype(np.int32)
-    first = balloon.motion.across[0] if balloon.motion is not None else np.eye(3)[0]
+    nodes = middle_nodes(balloon)
+    first = balloon.motion.across[0] if balloon.motion is not None else across(balloon.axis.direction)[0]
     sums = np.array([float((state.displacement[nodes] @ first).sum()), len(nodes)])
     total, count = balloon.comm.allreduce(sums)
     return float(total / count)

@@ -16,7 +16,8 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from lobefem._skin import Skin, across, facing, skin
+from lobefem._axis import across
+from lobefem._skin import Skin, facing, skin
 from lobefem._style import MM, REGIONS, STYLE, UNITS
 from lobefem.plotting import drawn_amplitude
 from lobefem.report_tables import number, stored_modes

@@ -23,7 +23,7 @@ from lobefem.balloon import Balloon
 from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, solver, with_conjugates
 from lobefem.equilibrium import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
-from lobefem.harmonics import label, spectrum
+from lobefem.harmonics import dominant, kind_of, spectrum
 from lobefem.log import logger
 from lobefem.measures import displacement_of, free_to_turn, largest, stiffness_scale
 from lobefem.profiling import timed
@@ -49,9 +49,9 @@ class Mode:
     Attributes:
         value: eigenvalue lambda [Pa/m with unit mass, N/m with nodal mass].
         residual: ||K phi - lambda B phi||/||K phi||.
-        harmonic: dominant circumferential harmonic n.
-        harmonics: all harmonics with at least a tenth of the mode, strongest first.
-        kind: "sway", "twist", "global" or "local" (see `lobefem.harmonics.label`).
+        harmonic: circumferential harmonic n, the one that was solved for or else the dominant one.
+        harmonics: that and all others with at least a tenth of the mode, strongest first.
+        kind: "sway", "twist", "global" or "local" (see `lobefem.harmonics.kind_of`).
         displacement: this rank's nodal displacements of phi, ghosts included, (nodes, 3), real part,
             largest nodal displacement 1.
         displacement_imag: imaginary part on the same scale; zero for a real eigenvalue.
@@ -345,7 +345,7 @@ def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[in
             pairs = sorted([Pair(one.value, x, y), Pair(one.value.conjugate(), x, minus_y)], key=order)
         else:  # real: the wave's cosine and its sine
             pairs = [Pair(complex(one.value.real), v, zero) for v in (x, y)]
-        modes += [make_mode(balloon, q, pair, one.residual) for pair in pairs]
+        modes += [make_mode(balloon, q, pair, one.residual, one.harmonic) for pair in pairs]
     end = count + (len(modes) > count and modes[count - 1].value.imag > 0)
     skew = max(one.asymmetry for one in found)
     return Modes(state, mass, all(one.hermitian for one in found), skew, None, tuple(modes[:end]))
@@ -400,28 +400,37 @@ def _cyclic_order(state: Equilibrium) -> int:
     order_of_symmetry = state.balloon.surface.cyclic_order
     if order_of_symmetry is None:
         return 0
-    places = state.balloon.X + state.displacement  # nodes may have been moved by hand, too
+    # nodes may have been moved by hand, too
+    places = state.balloon.X - state.balloon.axis.origin + state.displacement
     power = spectrum(state.balloon, places, np.zeros_like(places))
     power[::order_of_symmetry] = 0.0
     broken = math.sqrt(power.sum()) * largest(state.balloon, places)
     return order_of_symmetry if broken <= 1e-9 * math.sqrt(state.balloon.reference_area) else 0
 
 
-def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float) -> Mode:
-    """What is said of an eigenvector in q of relative residual `error`. Collective."""
+def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float, harmonic: int | None = None) -> Mode:
+    """What is said of an eigenvector in q. Collective.
+
+    Args:
+        balloon: whose.
+        q: the state.
+        pair: eigenvalue and vector.
+        error: relative residual.
+        harmonic: that of which it is a mode; None where its shape has to tell.
+    """
     real, imag = displacement_of(balloon, q, pair.x), displacement_of(balloon, q, pair.y)
     scale = largest(balloon, real + 1j * imag)
     real /= scale
     imag /= scale
     power = spectrum(balloon, real, imag)
-    strongest = np.argsort(-power)
-    harmonics = tuple(int(n) for n in strongest if power[n] >= 0.1)
+    strongest = dominant(power)
+    n = strongest[0] if harmonic is None else harmonic
     return Mode(
         value=pair.value,
         residual=error,
-        harmonic=int(strongest[0]),
-        harmonics=harmonics,
-        kind=label(balloon, real, imag, power),
+        harmonic=n,
+        harmonics=(n, *(k for k in strongest if k != n and power[k] >= 0.1)),
+        kind=kind_of(balloon, real + 1j * imag, n),
         displacement=real,
         displacement_imag=imag,
     )

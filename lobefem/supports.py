@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from lobefem import _dolfinx  # noqa: F401  (the stack, before UFL)
 from lobefem._assembly import together, totals
+from lobefem._axis import Axis
 from lobefem.constraints import ConstraintMap
 from lobefem.errors import InputError
 from lobefem.guides import Guide
@@ -21,9 +22,16 @@ from lobefem.plates import EndPlates, PlateMotion
 import ufl
 from dolfinx import fem
 
-__all__ = ["constraint_map", "edge_nodes", "plate_motion"]
+__all__ = ["axis_terms", "constraint_map", "edge_nodes", "plate_motion"]
 
 Array = npt.NDArray[np.float64]
+
+
+def axis_terms(mesh: Any, axis: Axis) -> tuple[Any, Any]:
+    """Direction and origin of an axis in UFL: constants, so that a form is compiled once for all places."""
+    if axis.home:  # without the terms that vanish
+        return ufl.as_vector([0.0, 0.0, 1.0]), ufl.as_vector([0.0, 0.0, 0.0])
+    return fem.Constant(mesh, axis.direction), fem.Constant(mesh, axis.origin)
 
 
 def edge_nodes(V: Any, surface: Any, group: str) -> npt.NDArray[np.int32]:
@@ -35,25 +43,26 @@ def edge_nodes(V: Any, surface: Any, group: str) -> npt.NDArray[np.int32]:
     return fem.locate_dofs_topological(V, 1, facets)
 
 
-def plate_motion(surface: Any, plates: EndPlates) -> PlateMotion:
+def plate_motion(surface: Any, plates: EndPlates, axis: Axis) -> PlateMotion:
     """The plates' motion; the rims' areas come from the mesh, A = |closed integral of X x t|/2.
 
+    Args:
+        surface: with its two rims.
+        plates: that close them.
+        axis: of the surface; the plates' centres are on it.
+
     Raises:
-        InputError: a surface without the two rims.
+        InputError: a rim without an edge.
 
     Collective.
     """
     mesh = surface.mesh
-    missing = [n for n in ("rim_bottom", "rim_top") if n not in surface.groups]
-    if missing:
-        raise InputError(f"end plates need the edge group '{missing[0]}', which this surface lacks")
-    axis = np.asarray(surface.axis, dtype=float)
     # exact for the area within edges of any of our degrees
     rule = {"quadrature_degree": 4}
     ds = ufl.Measure("ds", domain=mesh, subdomain_data=surface.edges, metadata=rule)
-    X = ufl.SpatialCoordinate(mesh)
+    e, origin = axis_terms(mesh, axis)
+    X = ufl.SpatialCoordinate(mesh) - origin
     t = ufl.cross(ufl.CellNormal(mesh), ufl.FacetNormal(mesh))
-    e = ufl.as_vector(list(axis))
     names = ("rim_bottom", "rim_top")
     wanted = ufl.dot(ufl.cross(X, t), e) / 2, fem.Constant(mesh, 1.0), ufl.dot(X, e)
     found = totals(mesh, together(mesh, *((f, ds(surface.groups[n][1])) for n in names for f in wanted)))
@@ -63,7 +72,8 @@ def plate_motion(surface: Any, plates: EndPlates) -> PlateMotion:
             raise InputError(f"edge group '{name}' is empty: there is no rim to close by a plate")
     if not isinstance(plates.bar, bool):  # a sector has its share of the plates and of their bar
         plates = replace(plates, bar=plates.bar / surface.copies)
-    return PlateMotion(plates, np.outer(heights / lengths, axis), np.abs(areas))
+    centres = axis.origin + np.outer(heights / lengths, axis.direction)
+    return PlateMotion(plates, centres, np.abs(areas), axis.origin)
 
 
 def constraint_map(

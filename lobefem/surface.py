@@ -1,6 +1,6 @@
-"""The film's mesh: a stack of lobes, or a flat cylinder, on any number of MPI ranks.
+"""The film's mesh: a stack of lobes, a flat cylinder or a mesh of one's own, on any number of MPI ranks.
 
-The axis is the z axis, the bottom rim lies in the plane z = 0 and the top rim at
+Meshed here the axis is the z axis, the bottom rim lies in the plane z = 0 and the top rim at
 z = num_lobes * height. Rank 0 runs Gmsh; nodes and cells do not depend on the number of ranks.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any
@@ -17,7 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _distribute, _dolfinx, _gmsh, _manifold, _net, _whole, checks
+from lobefem._axis import Axis, unit
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._manifold import CORNERS
 from lobefem._memory import require_memory
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
@@ -99,32 +101,90 @@ class Cylinder:
 class Surface(Glanceable):
     """A meshed film with its parts named.
 
+    One of a mesh of one's own needs the mesh, its tags and their names; what it says of itself is checked
+    against the mesh as soon as a `Balloon` is made of it (docs/howto/own.md).
+
     Args:
         mesh: surface mesh in space, ghosted over facets so that `dS` is complete in parallel;
-            every cell's normal (`ufl.CellNormal`) points outwards, away from the axis.
-        lobes: cell tags; lobe k from the bottom has the value k, from 1.
+            every cell's normal (`ufl.CellNormal`) points outwards, away from the axis. Gas presses along
+            the normals; where two rims close the film, or no edge is free, cells turned inwards are refused.
+        lobes: cell tags; lobe k from the bottom has the value k, from 1. None for a single lobe.
         edges: facet tags: seams and rims.
         groups: (dimension, value) by name: lobe_1, ..., seam_1, ..., rim_bottom, rim_top.
-        axis: unit vector of the axis, shape (3,).
+        axis: direction of the axis from the bottom to the top rim, shape (3,), of any length: kept as a unit
+            vector. None for that between the rims' centres.
         cyclic_order: number of identical sectors around the axis, None for an unstructured mesh.
         divisions: cells (along one lobe's meridian, around the axis), None for unstructured.
-        shape: the exact shape of each lobe.
+        shape: the exact shape of each lobe, None where there is none.
         num_lobes: number of lobes in the stack.
         copies: how many turned copies of it close the surface: 1, or `cyclic_order` for one sector.
         grading: of a structured mesh, see `lobed_cylinder`.
+        origin: a point on the axis, shape (3,) [m]. None for the centre of the bottom rim, or, without
+            one, the origin.
+
+    Raises:
+        InputError: fields of the wrong kind, or that do not go together.
     """
 
     mesh: Mesh
-    lobes: MeshTags
-    edges: MeshTags
-    groups: Mapping[str, tuple[int, int]]
-    axis: Array
-    cyclic_order: int | None
-    divisions: tuple[int, int] | None
-    shape: Lobe | Cylinder
-    num_lobes: int
+    lobes: MeshTags | None = None
+    edges: MeshTags | None = None
+    groups: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    axis: Array | None = None
+    cyclic_order: int | None = None
+    divisions: tuple[int, int] | None = None
+    shape: Lobe | Cylinder | None = None
+    num_lobes: int = 1
     copies: int = 1
     grading: float = 0.0
+    origin: Array | None = None
+
+    def __post_init__(self) -> None:
+        nodes = _dolfinx.geometry_dofmap(self.mesh).shape[1]
+        if self.mesh.topology.dim != 2 or self.mesh.geometry.dim != 3 or nodes not in CORNERS:
+            raise InputError(
+                f"the mesh has {self.mesh.topology.cell_name()}s of {nodes} nodes in "
+                f"{self.mesh.geometry.dim} dimensions; give triangles or quadrilaterals of degree 1 or 2 in "
+                "space, of an element with shape=(3,)"
+            )
+        if self.shape is not None and not isinstance(self.shape, (Lobe, Cylinder)):
+            raise InputError(f"shape is {self.shape!r}; give an Isotensoid, a FormedLobe, a Cylinder or None")
+        checks.integer("num_lobes", self.num_lobes, 1)
+        checks.integer("copies", self.copies, 1)
+        self._check_grid()
+        groups = dict(self.groups)
+        for name, group in groups.items():
+            if not isinstance(group, tuple) or len(group) != 2 or group[0] not in (1, 2):
+                raise InputError(f"group '{name}' is {group!r}; give (1, tag) for edges, (2, tag) for cells")
+            if group[0] == 1 and self.edges is None:
+                raise InputError(f"edge group '{name}' needs the facet tags that it names; give edges")
+        object.__setattr__(self, "groups", MappingProxyType(groups))
+        if self.axis is not None:
+            if not any(checks.numbers("the axis", self.axis, "", 3)):
+                raise InputError("the axis is a vector of length zero; give a direction, as (0, 0, 1)")
+            object.__setattr__(self, "axis", unit(self.axis))
+        if self.origin is not None:
+            origin = np.array(checks.numbers("the axis's origin", self.origin, "m", 3))
+            origin.flags.writeable = False
+            object.__setattr__(self, "origin", origin)
+
+    def _check_grid(self) -> None:
+        """Refuse divisions and sectors that do not go together."""
+        if self.cyclic_order is not None:
+            checks.integer("cyclic_order", self.cyclic_order, 1)
+        if self.divisions is None:
+            return
+        pair = tuple(checks.integers("a number of divisions", self.divisions, 1))
+        if len(pair) != 2:
+            raise InputError(
+                f"divisions is {self.divisions!r}; give two integers (along a lobe's meridian, around)"
+            )
+        object.__setattr__(self, "divisions", pair)
+        if self.cyclic_order is not None and pair[1] not in (self.cyclic_order, 2 * self.cyclic_order):
+            raise InputError(
+                f"cyclic_order = {self.cyclic_order} does not fit {pair[1]} divisions around; give "
+                f"{pair[1]}, half of it where diagonals alternate, or None"
+            )
 
     def to_pyvista(self) -> Any:
         """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.
@@ -137,25 +197,30 @@ class Surface(Glanceable):
     def lobe_numbers(self) -> npt.NDArray[np.int32]:
         """Number of the lobe, from 1, of each of this rank's cells, ghosts included (cells,)."""
         cells = self.mesh.topology.index_map(2)
+        if self.lobes is None:
+            return np.ones(cells.size_local + cells.num_ghosts, dtype=np.int32)
         numbers = np.zeros(cells.size_local + cells.num_ghosts, dtype=np.int32)
         numbers[self.lobes.indices] = self.lobes.values
         return numbers
 
     def _glance(self) -> Glance:
         shape, topology = self.shape, self.mesh.topology
-        what = "lobe" if isinstance(shape, Lobe) else "cylinder"
+        what = "cylinder" if isinstance(shape, Cylinder) else "lobe"
         mesh = "unstructured" if self.divisions is None else " x ".join(map(str, self.divisions))
         cells = f"{topology.index_map(2).size_global} {topology.cell_name()}s"
         part = f", one of {self.copies} sectors" if self.copies > 1 else ""
-        rows = (
+        rows = [
             ("mesh", f"{mesh}{part}"),
             ("cells", cells),
             ("nodes", str(self.mesh.geometry.index_map().size_global)),
-            ("edge radius", number(shape.edge_radius, "m")),
-            ("height", number(self.num_lobes * shape.height, "m")),
-            ("volume as designed", number(self.num_lobes * shape.volume, "m^3")),
-        )
-        return Glance(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", rows)
+        ]
+        if shape is not None:
+            rows += [
+                ("edge radius", number(shape.edge_radius, "m")),
+                ("height", number(self.num_lobes * shape.height, "m")),
+                ("volume as designed", number(self.num_lobes * shape.volume, "m^3")),
+            ]
+        return Glance(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", tuple(rows))
 
 
 def lobed_cylinder(
@@ -317,7 +382,7 @@ def _make(
         mesh=mesh,
         lobes=_distribute.lobe_tags(mesh, first_cell),
         edges=_distribute.edge_tags(mesh, rings, values, num_nodes),
-        groups=MappingProxyType(groups),
+        groups=groups,
         axis=np.array([0.0, 0.0, 1.0]),
         cyclic_order=sectors,
         divisions=counts,
@@ -326,7 +391,6 @@ def _make(
         copies=sectors if sector and sectors is not None else 1,
         grading=grading,
     )
-    surface.axis.flags.writeable = False
     logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), cell, num_nodes)
     return surface
 
@@ -350,29 +414,45 @@ def _structured(
     return net if order == 1 else _net.with_midpoints(net)
 
 
-def sector_of(surface: Surface) -> Surface:
+def sector_of(surface: Surface, axis: Axis | None = None) -> Surface:
     """One sector of a structured surface, meshed alike, whole on every rank.
+
+    Args:
+        surface: of which it is.
+        axis: where the surface stands, if not on the z axis with its bottom rim about the origin.
 
     Raises:
         InputError: the surface has no equal sectors.
     """
-    if surface.cyclic_order is None or surface.divisions is None:
+    if surface.cyclic_order is None or surface.divisions is None or surface.shape is None:
         raise InputError("a single harmonic needs a cyclic mesh; use mesh layout 'structured'")
-    return _alike(surface, surface.divisions, sector=True)
+    return _moved(_alike(surface, surface.divisions, sector=True), axis)
 
 
-def coarser(surface: Surface) -> Surface | None:
+def coarser(surface: Surface, axis: Axis | None = None) -> Surface | None:
     """The same surface with half the divisions both ways; None where they cannot be halved. Collective.
 
     Every node of it is a node of the finer one.
+
+    Args:
+        surface: the finer one.
+        axis: as for `sector_of`.
     """
-    if surface.divisions is None or surface.copies != 1 or surface.grading:
+    if surface.divisions is None or surface.copies != 1 or surface.grading or surface.shape is None:
         return None
     along, around = (count // 2 for count in surface.divisions)
     even = surface.divisions == (2 * along, 2 * around)
     if not even or along < 4 or around < 4 or (_diagonals(surface) == "alternating" and around % 2):
         return None
-    return _alike(surface, (along, around), known=True)
+    return _moved(_alike(surface, (along, around), known=True), axis)
+
+
+def _moved(surface: Surface, axis: Axis | None) -> Surface:
+    """A surface meshed here, taken to an axis."""
+    if axis is None or (axis.home and (axis.first == [1.0, 0.0, 0.0]).all()):
+        return surface
+    surface.mesh.geometry.x[:] = axis.origin + surface.mesh.geometry.x @ axis.basis
+    return replace(surface, axis=axis.direction, origin=axis.origin)
 
 
 def _diagonals(surface: Surface) -> str:
@@ -383,6 +463,7 @@ def _alike(
     surface: Surface, divisions: tuple[int, int], sector: bool = False, known: bool = False
 ) -> Surface:
     """A structured surface again, with other divisions or one sector of it. Collective."""
+    assert surface.shape is not None  # by those who call
     cell = surface.mesh.topology.cell_name()
     order = 1 if _dolfinx.geometry_dofmap(surface.mesh).shape[1] == {"triangle": 3}.get(cell, 4) else 2
     return _make(

@@ -1,12 +1,19 @@
 """Circumferential harmonics of nodal fields, and the names of modes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from mpi4py import MPI
 
 from lobefem.balloon import Balloon
-from lobefem.films import Isotropic
-from lobefem.harmonics import cylindrical, label, spectrum
+from lobefem.critical import critical_pressure
+from lobefem.equilibrium import inflate
+from lobefem.films import FixedWrinkles, Isotropic
+from lobefem.harmonics import cylindrical, dominant, kind_of, spectrum
+from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
+from lobefem.stability import find_modes
 from lobefem.surface import lobed_cylinder
 
 
@@ -98,7 +105,7 @@ def test_quadratic_cells_see_harmonics_of_their_mid_side_nodes(comm):
 
 
 def label_of(balloon, u):
-    return label(balloon, u.real, u.imag, power_of(balloon, u))
+    return kind_of(balloon, u, dominant(power_of(balloon, u))[0])
 
 
 def test_names(comm):
@@ -119,3 +126,53 @@ def test_names(comm):
     # a ring made oval without stretching it, u = cos 2a, v = -sin(2a)/2
     oval = field(balloon, 0, lambda a, z: np.cos(2 * a)) - field(balloon, 1, lambda a, z: np.sin(2 * a) / 2)
     assert label_of(balloon, oval) == "global"
+
+
+@pytest.mark.parametrize("n", [65, 70, 75])
+def test_harmonics_run_to_half_the_nodes_on_a_ring(comm, n):
+    balloon = make(comm, 150, lobes=1)
+    power = power_of(balloon, field(balloon, 0, lambda a, z: np.cos(n * a)))
+    assert len(power) == 76
+    assert power[n] == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [65, 70, 72])
+def test_a_mode_of_a_single_harmonic_has_its_name(n):
+    balloon = make(MPI.COMM_SELF, 144, lobes=1)
+    mode = find_modes(inflate(balloon, 10.0), 1, harmonics=n)[0]
+    assert (mode.harmonic, mode.harmonics) == (n, (n,))
+    assert mode.kind in ("local", "global")
+    strained = Balloon(balloon.surface, FixedWrinkles(), [GasPressure("film"), EndPlates()], prestressed=True)
+    assert critical_pressure(strained, harmonic=n).mode.harmonic == n
+
+
+def test_nodes_of_one_height_are_a_ring_on_any_mesh(comm):
+    """Evenly spaced, they cannot tell n from N - n, N + n, ...: the lowest is the name."""
+    for around in (12, 16):
+        surface = lobed_cylinder(2, (4, around), comm=comm)
+        balloon = Balloon(replace(surface, divisions=None, cyclic_order=None), Isotropic(), [EndPlates()])
+        for n in (0, 1, around // 2):
+            power = power_of(balloon, field(balloon, 0, lambda a, z, n=n: np.cos(n * a)))
+            assert len(power) == around // 2 + 1
+            assert power[n] == pytest.approx(1, abs=1e-12)
+            assert dominant(power)[0] == n
+
+
+def test_of_equal_aliases_the_lowest_is_the_name():
+    power = np.zeros(65)
+    power[[1, 11, 13, 23]] = 0.25 + np.array([0, 1e-12, 2e-12, -1e-12])
+    assert dominant(power)[0] == 1
+    assert sorted(dominant(power)[:4]) == [1, 11, 13, 23]
+    power[13] = 0.26
+    assert dominant(power)[0] == 13
+
+
+def test_a_grid_that_was_shaken_by_hand_keeps_its_harmonics(comm):
+    """Its nodes are at heights of their own then."""
+    surface = lobed_cylinder(2, (6, 16), comm=comm)
+    x = surface.mesh.geometry.x
+    x += 1e-4 * np.sin(1e3 * x[:, ::-1])  # of the place alone, so that ghosts are where their owners are
+    balloon = Balloon(surface, Isotropic(), [EndPlates()])
+    power = power_of(balloon, field(balloon, 0, lambda a, z: np.cos(3 * a)))
+    assert dominant(power)[0] == 3
+    assert power[3] > 0.8
