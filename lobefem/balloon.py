@@ -28,7 +28,7 @@ from lobefem._manifold import require_manifold
 from lobefem._reduction import Reduction
 from lobefem.contact import Contact, SelfContact
 from lobefem.errors import InputError
-from lobefem.films import Film
+from lobefem.films import Film, require_film
 from lobefem.forms import WeakForms
 from lobefem.guides import Guide
 from lobefem.imp import check_load_path
@@ -87,12 +87,13 @@ class Balloon(Glanceable):
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
     ) -> None:
+        require_film(film)
+        sorted_parts = Parts.sort(parts)
         _petsc.tidy(surface.mesh.comm)
         _petsc.watch(self, surface.mesh)
         self.surface, self.film, self.prestressed = surface, film, prestressed
         self.parts, self.hoop_slack, self.quadrature_degree = tuple(parts), hoop_slack, quadrature_degree
         self.given_frame, self.load_path = frame, load_path
-        sorted_parts = Parts.sort(parts)
         self.cords, self.held = sorted_parts.cords, sorted_parts.held
         self.load, self.plates = sorted_parts.load, sorted_parts.plates
         if not 0 <= checks.finite("hoop_slack", hoop_slack, "") < 1:
@@ -108,6 +109,11 @@ class Balloon(Glanceable):
             if prestressed:
                 raise InputError("the film gets its stress from the load path or by prestress, not from both")
             check_load_path(load_path, surface, film)
+        if film.leads_to_stress and (prestressed or load_path is not None):
+            raise InputError(
+                f"{type(film).__name__} film finds its stress from unstressed film; leave prestressed and "
+                "load_path out, or give the law that takes over, such as TensionField"
+            )
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
         # degree of geometry and displacement, from the nodes of a cell
@@ -282,7 +288,7 @@ class Balloon(Glanceable):
         Raises:
             InputError: the film's stress is no energy's gradient.
         """
-        if not self.forms.has_energy:
+        if not self.film.has_energy:
             raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
         self.place(q)
         elastic = total(self.mesh, self.forms.elastic)
