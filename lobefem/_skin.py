@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._records import Frozen
+
 if TYPE_CHECKING:
     from lobefem.balloon import Balloon
 
@@ -18,7 +20,7 @@ Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Skin:
+class Skin(Frozen):
     """The whole film on one rank.
 
     Attributes:

@@ -25,6 +25,7 @@ from mpi4py import MPI
 from lobefem._assembly import NodalMatrix, NodalVector, integral, together, total, totals
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._manifold import require_manifold
+from lobefem._records import OnMesh
 from lobefem._reduction import Reduction
 from lobefem.contact import Contact, SelfContact
 from lobefem.errors import InputError
@@ -35,7 +36,7 @@ from lobefem.imp import check_load_path
 from lobefem.kinematics import Frame, revolved_frame
 from lobefem.loads import film_volume
 from lobefem.lobe import Lobe
-from lobefem.parts import Parts
+from lobefem.parts import Parts, row
 from lobefem.plate_forces import PlateForces
 from lobefem.plates import PlateLoad
 from lobefem.profiling import timed
@@ -46,14 +47,15 @@ __all__ = ["Balloon"]
 Array = npt.NDArray[np.float64]
 
 
-class Balloon(Glanceable):
+class Balloon(OnMesh, Glanceable):
     """A film surface with its load, cords, plates and supports.
 
     Args:
         surface: where the film lies (`lobefem.surface`).
         film: its law.
         parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
-            most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`.
+            most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`; one
+            alone needs no brackets.
         prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
             (paper eq. 4), and the matching tension into the cords; p0 is the `prestress` of a state.
         hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain); of one without it 0.
@@ -88,11 +90,12 @@ class Balloon(Glanceable):
         quadrature_degree: int | None = None,
     ) -> None:
         require_film(film)
+        parts = row(parts)
         sorted_parts = Parts.sort(parts)
         _petsc.tidy(surface.mesh.comm)
         _petsc.watch(self, surface.mesh)
         self.surface, self.film, self.prestressed = surface, film, prestressed
-        self.parts, self.hoop_slack, self.quadrature_degree = tuple(parts), hoop_slack, quadrature_degree
+        self.parts, self.hoop_slack, self.quadrature_degree = parts, hoop_slack, quadrature_degree
         self.given_frame, self.load_path = frame, load_path
         self.cords, self.held = sorted_parts.cords, sorted_parts.held
         self.load, self.plates = sorted_parts.load, sorted_parts.plates
@@ -153,14 +156,21 @@ class Balloon(Glanceable):
         """
         if self.given_frame is not None or self.load_path is not None:
             raise InputError("a film with a frame or a load path of its own stays on its surface")
-        return Balloon(
-            surface,
-            self.film,
-            self.parts,
-            prestressed=self.prestressed,
-            hoop_slack=self.hoop_slack,
-            quadrature_degree=self.quadrature_degree,
-        )
+        return self.with_changes(surface=surface)
+
+    def with_changes(self, **changes: Any) -> Balloon:
+        """The balloon of the same arguments but for those given, by their names. Collective."""
+        arguments = {
+            "surface": self.surface,
+            "film": self.film,
+            "parts": self.parts,
+            "prestressed": self.prestressed,
+            "hoop_slack": self.hoop_slack,
+            "load_path": self.load_path,
+            "frame": self.given_frame,
+            "quadrature_degree": self.quadrature_degree,
+        }
+        return Balloon(**arguments | changes)
 
     def under(self, guide: Guide) -> Balloon:
         """This balloon led by a guide: another map, the same film, forms and matrices. Collective.

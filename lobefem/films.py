@@ -23,7 +23,7 @@ from lobefem.errors import InputError
 
 __all__ = [
     "FILMS", "Film", "FixedWrinkles", "Isotropic", "TensionField", "WrinkledField", "require_energy",
-    "require_film", "require_one_tangent",
+    "require_film", "require_one_tangent", "require_pressure",
 ]  # fmt: skip
 
 Number = Callable[[float], Any]
@@ -59,6 +59,8 @@ class Film(ABC):
     name: ClassVar[str] = ""
     # whether the stress is the gradient of `energy`
     has_energy: ClassVar[bool] = True
+    # whether it can be pressed, so that it carries pressure from outside
+    bears_compression: ClassVar[bool] = True
     # whether wrinkles turn with the strain: the shear stiffness depends on the stress then
     turns: ClassVar[bool] = False
     # whether unstrained film has a tangent
@@ -215,6 +217,7 @@ class TensionField(Film):
 
     slack_stiffness: float = 1e-6
     name: ClassVar[str] = "tension-field"
+    bears_compression: ClassVar[bool] = False
     turns: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -317,6 +320,15 @@ def require_energy(film: Film) -> None:
         raise InputError(
             f"{type(film).__name__} film has no energy to balance in a perturbation or a release; use "
             "TensionField or IMP"
+        )
+
+
+def require_pressure(film: Film, pressure: float) -> None:
+    """Refuse a gas pressure [Pa] that is no number, or suction on tension-only film, with an InputError."""
+    if checks.finite("pressure", pressure, "Pa") < 0 and not film.bears_compression:
+        raise InputError(
+            f"pressure = {pressure} Pa is suction, which {type(film).__name__} film cannot carry; give 0 or "
+            "more"
         )
 
 

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _petsc, _snes
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.log import logger
 from lobefem.measures import stiffness_scale
@@ -459,7 +460,7 @@ class Flow:
 
 
 @dataclass(frozen=True)
-class _State:
+class _State(Frozen):
     """What a step's energies are measured from."""
 
     volume: float

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, Progress, inflate, placed_state
 from lobefem.errors import ConvergenceError, InputError
@@ -33,7 +34,7 @@ _FAR = 0.05  # of the equator radius: a film that far from every lobe without ho
 
 
 @dataclass(frozen=True)
-class Form:
+class Form(Frozen):
     """A form that was found.
 
     Attributes:

@@ -135,7 +135,7 @@ def one_sided_modes(
         raise InputError(f"pressure = {pressure} Pa: unstressed film has no wrinkled tangent; give p > 0")
     chosen = None if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     spectra = [
-        find_modes(ideal_state(_with(balloon, film), pressure), count, mass=mass, harmonics=chosen)
+        find_modes(ideal_state(balloon.with_changes(film=film), pressure), count, mass=mass, harmonics=chosen)
         for film in films
     ]
     return OneSidedModes(*spectra)
@@ -156,7 +156,7 @@ def one_sided_pressures(balloon: Balloon, *, harmonic: int | None = None) -> One
 
     Collective.
     """
-    branches = [_with(balloon, film) for film in _films(balloon)]
+    branches = [balloon.with_changes(film=film) for film in _films(balloon)]
     return OneSidedPressures(*(critical_pressure(branch, harmonic=harmonic) for branch in branches))
 
 
@@ -188,7 +188,7 @@ def one_sided_charts(
     chosen = None if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     wrinkled, mean, taut = (
         harmonic_chart(
-            _with(balloon, film),
+            balloon.with_changes(film=film),
             chosen,
             comm=comm,
             known=known[side],
@@ -249,15 +249,3 @@ def _films(balloon: Balloon) -> tuple[Film, Film, Film]:
             "find_modes"
         )
     return films
-
-
-def _with(balloon: Balloon, film: Film) -> Balloon:
-    """The same balloon of another film."""
-    return Balloon(
-        balloon.surface,
-        film,
-        balloon.parts,
-        prestressed=True,
-        frame=balloon.given_frame,
-        quadrature_degree=balloon.quadrature_degree,
-    )

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
@@ -51,7 +52,7 @@ class Start(Protocol):
 
 
 @dataclass(frozen=True)
-class Moment:
+class Moment(Frozen):
     """A balloon in motion: its loads and unknowns at one time.
 
     Attributes:

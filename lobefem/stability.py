@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from lobefem import _petsc, _whole, checks
 from lobefem._glance import Glance, Glanceable
+from lobefem._records import Frozen
 from lobefem._snes import has_symmetric_stiffness
 from lobefem.balloon import Balloon
 from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, solver, with_conjugates
@@ -44,7 +45,7 @@ NEUTRAL = 1e-6
 
 
 @dataclass(frozen=True)
-class Mode:
+class Mode(Frozen):
     """One eigenpair.
 
     Attributes:

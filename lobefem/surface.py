@@ -19,6 +19,7 @@ import numpy.typing as npt
 from lobefem import _distribute, _dolfinx, _gmsh, _manifold, _net, _whole, checks
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._memory import require_memory
+from lobefem._records import Frozen, OnMesh
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
@@ -96,7 +97,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True, repr=False)
-class Surface(Glanceable):
+class Surface(Frozen, OnMesh, Glanceable):
     """A meshed film with its parts named.
 
     Args:
