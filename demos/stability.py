@@ -26,6 +26,7 @@ from mpi4py import MPI
 
 from lobefem import critical_pressure, find_modes, ideal_state
 from lobefem._files import on_root, save_json
+from lobefem._terminal import console, is_terminal
 from lobefem.branches import Branch
 from lobefem.critical import CriticalPressure
 from lobefem.design import Design
@@ -268,7 +269,6 @@ def _finite(pressure: float) -> float | None:
 
 def _show(rows: Sequence[Row], header: str) -> None:
     from rich import box
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD, caption=header, caption_justify="left", show_lines=True)
@@ -276,7 +276,7 @@ def _show(rows: Sequence[Row], header: str) -> None:
         table.add_column(column)
     for row in rows:
         table.add_row(*row[:3])
-    Console(width=None if sys.stdout.isatty() else 120, highlight=False).print(table)
+    console(sys.stdout, 120).print(table)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -292,10 +292,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         parser.error(f"--divisions {options.divisions}: give two integers such as 24x32")
     with ExitStack() as stack:
         say: Say = lambda text: None  # noqa: E731
-        if comm.rank == 0 and sys.stderr.isatty():
-            from rich.console import Console
-
-            say = stack.enter_context(Console(stderr=True).status("setting up", spinner="line")).update
+        if comm.rank == 0 and is_terminal(sys.stderr):
+            say = stack.enter_context(console(sys.stderr).status("setting up", spinner="line")).update
         elif comm.rank == 0:
 
             def say(text: str) -> None:

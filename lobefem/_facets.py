@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._records import Frozen
+
 __all__ = ["Facets", "Gathering", "film_facets"]
 
 Array = npt.NDArray[np.float64]
@@ -29,7 +31,7 @@ _TRIANGLES = {
 
 
 @dataclass(frozen=True)
-class Facets:
+class Facets(Frozen):
     """The film and its plates as triangles.
 
     Args:

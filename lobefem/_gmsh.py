@@ -21,6 +21,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._records import Frozen
 from lobefem.errors import MissingDependencyError, SolveError
 
 __all__ = ["Meridian", "RawMesh", "structured", "unstructured"]
@@ -81,7 +82,7 @@ class Meridian(Protocol):
 
 
 @dataclass(frozen=True)
-class RawMesh:
+class RawMesh(Frozen):
     """What Gmsh made, numbered from 0, without nodes that no cell uses.
 
     Args:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem._gmsh import Meridian, RawMesh
+from lobefem._records import Frozen
 from lobefem.errors import SolveError
 
 __all__ = ["Net", "grid", "place", "sector_of", "structured_net", "unstructured_net", "with_midpoints"]
@@ -27,7 +28,7 @@ _EDGES = {3: ((1, 2), (0, 2), (0, 1)), 4: ((0, 1), (0, 2), (1, 3), (2, 3))}
 
 
 @dataclass(frozen=True)
-class Net:
+class Net(Frozen):
     """Nodes and cells in surface coordinates: all of a surface's, or those of some rows of a grid.
 
     Args:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem._axis import across
+from lobefem._records import Frozen
 
 if TYPE_CHECKING:
     from lobefem.balloon import Balloon
@@ -20,7 +21,7 @@ Integers = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Skin:
+class Skin(Frozen):
     """The whole film on one rank.
 
     Attributes:

@@ -6,6 +6,7 @@ A line of which the reason can be told is quoted with what to write instead.
 
 from __future__ import annotations
 
+import codecs
 import re
 import tomllib
 from collections.abc import Mapping
@@ -25,6 +26,10 @@ _WITH_UNIT = re.compile(rf"({_NUMBER})\s*([A-Za-zµμ][\w/^µμ]*)")
 _COMMA = re.compile(r"[-+]?\d+,\d+(?:\s*[A-Za-zµμ][\w/^µμ]*)?")
 _DIVISIONS = re.compile(r"(\d+)\s*[xX×]\s*(\d+)")
 _WORD = re.compile(r"[A-Za-z][A-Za-z_-]*")
+# what word processors make of quotes and blanks, and what browsers copy
+_QUOTES = re.compile("[\u2018-\u201f\u2032\u2033\u00ab\u00bb]")
+_BLANKS = re.compile("[\u00a0\u2000-\u200d\u202f\u2060\u3000\ufeff]")
+_STRING = re.compile(r"\"[^\"]*\"|'[^']*'")
 _DOT = re.compile(r"([-+]?)(\.\d+|\d+\.)([eE][-+]?\d+)?")
 
 
@@ -45,7 +50,10 @@ def read_toml(path: Path, what: str, see: str) -> tuple[dict[str, Any] | None, s
             content = file.read(_MAX_BYTES + 1)  # a device may have no end
         if len(content) > _MAX_BYTES:
             return None, "", f"{path} is no TOML (more than {_MAX_BYTES} bytes); see {see}"
-        text = content.decode().replace("\r\n", "\n")
+        fault = _encoding(content)
+        if fault:
+            return None, "", f"{path}{fault}"
+        text = content.removeprefix(codecs.BOM_UTF8).decode().replace("\r\n", "\n")
         return tomllib.loads(text), text, ""
     except FileNotFoundError:
         return None, "", f"there is no {what} {str(path)!r}; see {see}"
@@ -60,11 +68,32 @@ def read_toml(path: Path, what: str, see: str) -> tuple[dict[str, Any] | None, s
         return None, "", f"{path} is no TOML (not such a text); see {see}"
 
 
+def _encoding(content: bytes) -> str:
+    """What is wrong with a file's bytes, to be said after its path; "" of text in UTF-8."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in content:
+        return " is no text in UTF-8 but maybe in UTF-16; save it as UTF-8"
+    try:
+        text = content.decode()
+    except UnicodeDecodeError as error:
+        lines = content[: error.start].splitlines()
+        number = max(len(lines), 1) + content[: error.start].endswith((b"\n", b"\r"))
+        byte = f"byte 0x{content[error.start]:02x}"
+        return f", line {number}: {byte} is no UTF-8 but maybe Latin-1; save it as UTF-8"
+    bare = re.search("\r(?!\n)", text)
+    if bare is None:
+        return ""
+    number = text[: bare.start()].count("\n") + 1
+    return f", line {number} ends in a carriage return alone; save it with the line ends of Unix or Windows"
+
+
 def _told(reason: str, text: str) -> str:
     """What is wrong with the line at which reading ended, and what to write; "" if that is not clear."""
     found = re.search(r"at line (\d+)", reason)
     number = int(found[1]) if found is not None else text.rstrip("\n").count("\n") + 1  # the document's end
     line = text.split("\n")[number - 1].partition("#")[0]
+    odd = _odd(line)
+    if odd and not reason.startswith(_TWICE):
+        return f"line {number}: {odd}"
     key, equals, value = (part.strip() for part in line.partition("="))
     if reason.startswith(_TWICE):
         return f"line {number}: {shown(key)[1:-1]} is there a second time; keep one of the two" if key else ""
@@ -76,6 +105,19 @@ def _told(reason: str, text: str) -> str:
     if not instead:
         return ""
     return f"line {number}: {shown(value)[1:-1]} {why}; write {shown(f'{key} = {instead}')[1:-1]}"
+
+
+def _odd(line: str) -> str:
+    """What a word processor has put into a line, and what to write; "" of a line without."""
+    line = _STRING.sub("", line)  # within quotes any of them is fine
+    quote, blank = _QUOTES.search(line), _BLANKS.search(line)
+    if quote:
+        return f'{quote[0]} is a curly quote; write the straight one, "'
+    if blank:
+        before = line[: blank.start()].rstrip()
+        where = f" after {shown(before)[1:-1]}" if before else ""
+        return f"there is a no-break or other special blank (U+{ord(blank[0]):04X}){where}; write a plain one"
+    return ""
 
 
 def _instead(value: str) -> tuple[str, str]:

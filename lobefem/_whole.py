@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _dolfinx
+from lobefem._records import Frozen
 
 # isort: split
 from dolfinx.cpp.io import perm_vtk
@@ -23,7 +24,7 @@ _VTK_TYPES = {3: 5, 4: 9, 6: 22, 9: 28}
 
 
 @dataclass(frozen=True)
-class Whole:
+class Whole(Frozen):
     """A mesh and its fields on one rank.
 
     Attributes:

@@ -25,17 +25,18 @@ from mpi4py import MPI
 from lobefem._assembly import NodalMatrix, NodalVector, integral, together, total, totals
 from lobefem._claims import examine
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._records import OnMesh
 from lobefem._reduction import Reduction
 from lobefem.contact import Contact, SelfContact
 from lobefem.errors import InputError
-from lobefem.films import Film
+from lobefem.films import Film, require_film
 from lobefem.forms import WeakForms
 from lobefem.guides import Guide
 from lobefem.imp import check_load_path
 from lobefem.kinematics import Frame, revolved_frame
 from lobefem.loads import film_volume
 from lobefem.lobe import Lobe
-from lobefem.parts import Parts
+from lobefem.parts import Parts, row
 from lobefem.plate_forces import PlateForces
 from lobefem.plates import PlateLoad
 from lobefem.profiling import timed
@@ -46,14 +47,15 @@ __all__ = ["Balloon"]
 Array = npt.NDArray[np.float64]
 
 
-class Balloon(Glanceable):
+class Balloon(OnMesh, Glanceable):
     """A film surface with its load, cords, plates and supports.
 
     Args:
         surface: where the film lies (`lobefem.surface`).
         film: its law.
         parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
-            most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`.
+            most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`; one
+            alone needs no brackets.
         prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
             (paper eq. 4), and the matching tension into the cords; p0 is the `prestress` of a state.
         hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain); of one without it 0.
@@ -89,12 +91,14 @@ class Balloon(Glanceable):
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
     ) -> None:
+        require_film(film)
+        parts = row(parts)
+        sorted_parts = Parts.sort(parts)
         _petsc.tidy(surface.mesh.comm)
         _petsc.watch(self, surface.mesh)
         self.surface, self.film, self.prestressed = surface, film, prestressed
-        self.parts, self.hoop_slack, self.quadrature_degree = tuple(parts), hoop_slack, quadrature_degree
+        self.parts, self.hoop_slack, self.quadrature_degree = parts, hoop_slack, quadrature_degree
         self.given_frame, self.load_path = frame, load_path
-        sorted_parts = Parts.sort(parts)
         self.cords, self.held = sorted_parts.cords, sorted_parts.held
         self.load, self.plates = sorted_parts.load, sorted_parts.plates
         if not 0 <= checks.finite("hoop_slack", hoop_slack, "") < 1:
@@ -111,6 +115,11 @@ class Balloon(Glanceable):
                 raise InputError("the film gets its stress from the load path or by prestress, not from both")
             check_load_path(load_path, surface, film)
         axis = examine(surface, self.plates is not None)
+        if film.leads_to_stress and (prestressed or load_path is not None):
+            raise InputError(
+                f"{type(film).__name__} film finds its stress from unstressed film; leave prestressed and "
+                "load_path out, or give the law that takes over, such as TensionField"
+            )
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
         # degree of geometry and displacement, from the nodes of a cell
@@ -147,14 +156,21 @@ class Balloon(Glanceable):
         """
         if self.given_frame is not None or self.load_path is not None:
             raise InputError("a film with a frame or a load path of its own stays on its surface")
-        return Balloon(
-            surface,
-            self.film,
-            self.parts,
-            prestressed=self.prestressed,
-            hoop_slack=self.hoop_slack,
-            quadrature_degree=self.quadrature_degree,
-        )
+        return self.with_changes(surface=surface)
+
+    def with_changes(self, **changes: Any) -> Balloon:
+        """The balloon of the same arguments but for those given, by their names. Collective."""
+        arguments = {
+            "surface": self.surface,
+            "film": self.film,
+            "parts": self.parts,
+            "prestressed": self.prestressed,
+            "hoop_slack": self.hoop_slack,
+            "load_path": self.load_path,
+            "frame": self.given_frame,
+            "quadrature_degree": self.quadrature_degree,
+        }
+        return Balloon(**arguments | changes)
 
     def under(self, guide: Guide) -> Balloon:
         """This balloon led by a guide: another map, the same film, forms and matrices. Collective.
@@ -282,7 +298,7 @@ class Balloon(Glanceable):
         Raises:
             InputError: the film's stress is no energy's gradient.
         """
-        if not self.forms.has_energy:
+        if not self.film.has_energy:
             raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
         self.place(q)
         elastic = total(self.mesh, self.forms.elastic)

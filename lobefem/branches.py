@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._records import Frozen
+
 if TYPE_CHECKING:
     from lobefem.stability import Modes
 
@@ -29,7 +31,7 @@ _LEAST = 0.5
 
 
 @dataclass(frozen=True)
-class Branch:
+class Branch(Frozen):
     """One eigenvalue followed over the pressure; of those equal all along, such as a pair's, one.
 
     Attributes:
@@ -120,7 +122,7 @@ def unclear(first: Modes, second: Modes) -> bool:
 
 
 @dataclass(frozen=True)
-class _Space:
+class _Space(Frozen):
     """An eigenspace: indices of its modes, those as columns of length 1, and an orthonormal basis."""
 
     members: tuple[int, ...]

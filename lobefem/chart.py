@@ -19,6 +19,7 @@ from lobefem import checks
 from lobefem._banded import HERMITIAN, Band, asymmetry, lowest, most_negative
 from lobefem._files import on_all
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.cyclic import Sector, as_scipy, own_pairs
 from lobefem.equilibrium import require_drawn
@@ -88,7 +89,7 @@ class HarmonicChart(Glanceable):
 
 
 @dataclass(frozen=True)
-class OneHarmonic:
+class OneHarmonic(Frozen):
     """The critical pressures of one harmonic, ascending [Pa], and the first one's q_n."""
 
     pressures: tuple[float, ...]

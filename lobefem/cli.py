@@ -7,15 +7,18 @@ that failed, 130 interrupted.
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import traceback
+from contextlib import nullcontext, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lobefem import __version__, options, texts
+from lobefem._terminal import settle
 from lobefem.console import Ranks, show_rows
 from lobefem.errors import InputError, LobefemError
 from lobefem.reporting import reporting
@@ -368,6 +371,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = arguments
     for name in ("stdout", "stderr"):  # closed ones, of a service for example, are None
         setattr(sys, name, getattr(sys, name) or open(os.devnull, "w"))  # noqa: SIM115  to the end
+    settle()
     if given is None:
         given = sys.argv[1:]
     ranks = Ranks()
@@ -375,7 +379,8 @@ def main(arguments: list[str] | None = None) -> int:
         ranks.stop.install()
     usage_error: Any = typer.BadParameter.__mro__[1]  # click's, which newer typer keeps to itself
     try:
-        code = app(given or ["--help"], prog_name="lobefem", standalone_mode=False, obj=ranks)
+        with nullcontext() if ranks.is_root else redirect_stdout(io.StringIO()):  # help, say, once for all
+            code = app(given or ["--help"], prog_name="lobefem", standalone_mode=False, obj=ranks)
     except LobefemError as error:
         return ranks.end(error.exit_code, f"lobefem: {one_line(error)}")
     except (Interrupted, KeyboardInterrupt) as error:

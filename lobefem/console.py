@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from typing import Any
 
+from lobefem._terminal import console
 from lobefem.signals import Stop
 from lobefem.verdict import verdict
 
@@ -99,10 +100,8 @@ def stdout_to_stderr(wanted: bool) -> Iterator[None]:
 
 def show(results: dict[str, Any]) -> None:
     """Print results as a table on stdout."""
-    from rich.console import Console
-
     # as wide as the table wants where no terminal sets a limit
-    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 120, highlight=False)
+    screen = console(sys.stdout, 120)
     table = {
         "inflate": _inflate_table,
         "modes": _modes_table,
@@ -111,11 +110,11 @@ def show(results: dict[str, Any]) -> None:
         "mesh-study": _study_table,
         "perturb": _perturb_table,
     }
-    console.print(_caption(results))
-    console.print(table[results["command"]](results))
+    screen.print(_caption(results))
+    screen.print(table[results["command"]](results))
     if results["command"] in ("critical", "harmonics"):
         for sentence in verdict(results):
-            console.print(sentence, markup=False, soft_wrap=True)
+            screen.print(sentence, markup=False, soft_wrap=True)
 
 
 def _caption(results: dict[str, Any]) -> str:
@@ -241,8 +240,6 @@ def _harmonics_table(results: dict[str, Any]) -> Any:
 
 def show_profile(profile: dict[str, Any]) -> None:
     """Print where the time went on stderr: stages exclusive of each other, of rank 0."""
-    from rich.console import Console
-
     whole = profile["whole"]
     table = _table("stage", "seconds", "share", "calls")
     for name, entry in profile["stages"].items():
@@ -251,11 +248,11 @@ def show_profile(profile: dict[str, Any]) -> None:
             table.add_row(name, f"{seconds:.3f}", f"{seconds / whole:.0%}", str(calls or ""))
     table.add_section()
     table.add_row("whole", f"{whole:.3f}", "100%", "")
-    console = Console(file=sys.stderr, width=None if sys.stderr.isatty() else 120, highlight=False)
-    console.print(table)
+    screen = console(sys.stderr, 120)
+    screen.print(table)
     if profile["floor"] > 0:
         floor = profile["floor"]
-        console.print(
+        screen.print(
             f"Floor, the numeric factorisations and triangular solves: {floor:.3f} s; the solve takes "
             f"{profile['solve'] / floor:.2f}, the whole {whole / floor:.2f} times as long."
         )
@@ -263,29 +260,24 @@ def show_profile(profile: dict[str, Any]) -> None:
 
 def show_rows(rows: Sequence[Sequence[str]]) -> None:
     """Print a sweep's table on stdout, its head first."""
-    from rich.console import Console
-
-    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 160, highlight=False)
     used = [k for k, name in enumerate(rows[0]) if name != "reason" or any(row[k] for row in rows[1:])]
     table = _table(*(rows[0][k].replace("_", " ") for k in used))
     if used[-1] == len(rows[0]) - 1 and rows[0][-1] == "reason":
         table.columns[-1].justify, table.columns[-1].no_wrap = "left", False
     for row in rows[1:]:
         table.add_row(*(row[k] for k in used))
-    console.print(table)
+    console(sys.stdout, 160).print(table)
 
 
 def show_findings(findings: Sequence[Any]) -> None:
     """Print what `lobefem doctor` found on stdout."""
-    from rich.console import Console
-
-    console = Console(file=sys.stdout, width=None if sys.stdout.isatty() else 120, highlight=False)
+    screen = console(sys.stdout, 120)
     for finding in findings:
         mark = "[green]ok  [/green]" if finding.fine else "[bold red]FAIL[/bold red]"
-        console.print(f"{mark} {finding.name:16}", end="")
-        console.print(finding.found, markup=False)
+        screen.print(f"{mark} {finding.name:16}", end="")
+        screen.print(finding.found, markup=False)
         if finding.advice:
-            console.print(f"{'':21}-> {finding.advice}", markup=False)
+            screen.print(f"{'':21}-> {finding.advice}", markup=False)
 
 
 def _perturb_table(results: dict[str, Any]) -> Any:

@@ -29,7 +29,7 @@ from numpy.polynomial import legendre
 
 from lobefem import checks
 from lobefem.errors import InputError
-from lobefem.films import Film, FixedWrinkles, Isotropic, TensionField
+from lobefem.films import Film, require_film
 from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
 
@@ -53,7 +53,7 @@ def continuum_pressure(harmonic: int, film: Film, shape: Lobe | None = None, *, 
         film strain of 1000 % makes it unstable.
 
     Raises:
-        InputError: another film law, another shape, or an impossible harmonic.
+        InputError: no film law or one without such shares, another shape, or an impossible harmonic.
     """
     n = checks.integer("the harmonic", harmonic, 1)
     shape = Isotensoid.from_edge_radius() if shape is None else shape
@@ -100,13 +100,13 @@ def unstable_from(film: Film, shape: Lobe | None = None, *, highest: int = 64) -
 
 def _shares(film: Film) -> tuple[float, float]:
     """c_h and c_g: which shares of the isotropic hoop and shear stiffness the film has."""
-    if isinstance(film, Isotropic):
-        return 1.0, 1.0
-    if isinstance(film, FixedWrinkles):
-        return film.slack_stiffness, film.slack_stiffness
-    if isinstance(film, TensionField):
-        return film.slack_stiffness, 1.0
-    raise InputError(f"{film!r} is none of the laws Isotropic, FixedWrinkles and TensionField")
+    require_film(film)
+    if film.shares is None:
+        raise InputError(
+            f"{type(film).__name__} film tells no hoop and shear stiffness of its own (shares); give "
+            "Isotropic, FixedWrinkles, TensionField or IMP film"
+        )
+    return film.shares
 
 
 def _pencil(n: int, film: Film, shape: Lobe, degree: int) -> tuple[Array, Array]:

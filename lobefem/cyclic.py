@@ -27,6 +27,7 @@ import scipy.sparse as sp
 from lobefem import checks
 from lobefem._dolfinx import geometry_dofmap
 from lobefem._manifold import CORNERS
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.contact import SelfContact
 from lobefem.errors import InputError
@@ -69,19 +70,13 @@ def sector_balloon(balloon: Balloon) -> Balloon:
             raise InputError(
                 f"cords on {', '.join(cords.on)} lie on edges that one sector lacks; leave harmonics out"
             )
-    return Balloon(
-        sector,
-        balloon.film,
-        # film that does not touch itself feels no contact; `restrict` refuses states in which it does
-        [part for part in balloon.parts if not isinstance(part, SelfContact)],
-        prestressed=balloon.prestressed,
-        hoop_slack=balloon.hoop_slack,
-        quadrature_degree=balloon.quadrature_degree,
-    )
+    # film that does not touch itself feels no contact; `restrict` refuses states in which it does
+    parts = [part for part in balloon.parts if not isinstance(part, SelfContact)]
+    return balloon.with_changes(surface=sector, parts=parts)
 
 
 @dataclass(frozen=True)
-class _Places:
+class _Places(Frozen):
     """Where nodes lie: sector, what tells them apart in it, distance from the axis, cylindrical frame."""
 
     sector: Index

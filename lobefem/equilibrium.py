@@ -12,9 +12,11 @@ import numpy.typing as npt
 
 from lobefem import _petsc, _whole, checks, measures
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._records import Frozen
 from lobefem._snes import REASONS, Newton
 from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError, InputError
+from lobefem.films import require_pressure
 from lobefem.log import logger
 from lobefem.nested import coarser_balloon, interpolate
 from lobefem.profiling import timed
@@ -32,7 +34,7 @@ _COARSE_RTOL = 1e-4  # of a start; another mesh's discretisation is off by more
 
 
 @dataclass(frozen=True, repr=False)
-class Equilibrium(Glanceable):
+class Equilibrium(Frozen, Glanceable):
     """A balloon's state: its own copies of the unknowns, and what was measured on it.
 
     Attributes:
@@ -160,7 +162,7 @@ def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
 
     Collective.
     """
-    checks.finite("pressure", pressure, "Pa")
+    require_pressure(balloon.film, pressure)
     require_whole(balloon)
     require_drawn(balloon)
     if not balloon.prestressed:
@@ -227,12 +229,12 @@ def inflate(
         progress: called with a line of text after each solve.
 
     Raises:
-        InputError: a pressure that is no number.
+        InputError: a pressure that is no number, or suction on film that carries tension only.
         ConvergenceError: no equilibrium found; its `state` is the last one that was.
 
     Collective.
     """
-    checks.finite("pressure", pressure, "Pa")
+    require_pressure(balloon.film, pressure)
     for name, value in (("min_step", min_step), ("rtol", rtol)):
         checks.positive(name, value, "")
     require_whole(balloon)

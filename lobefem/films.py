@@ -1,5 +1,8 @@
 """Film laws, each one an energy per reference area in terms of the Green-Lagrange strain.
 
+A law declares what it can do, and is asked: whether it has an energy, which tangents it has where it pulls
+one way alone, which shares of the isotropic stiffness are left there.
+
 Strains are 2x2 in the film's frame (first axis the meridian, second the hoop); energies are in
 J/m^2 and stress resultants N = stress x thickness in N/m. Material numbers reach the energy through
 `number`, by default `float`; a `Balloon` passes one that makes UFL constants, so that a compiled form
@@ -10,7 +13,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import ufl
@@ -18,7 +21,10 @@ import ufl
 from lobefem import checks
 from lobefem.errors import InputError
 
-__all__ = ["FILMS", "Film", "FixedWrinkles", "Isotropic", "TensionField", "WrinkledField"]
+__all__ = [
+    "FILMS", "Film", "FixedWrinkles", "Isotropic", "TensionField", "WrinkledField", "require_energy",
+    "require_film", "require_one_tangent", "require_pressure",
+]  # fmt: skip
 
 Number = Callable[[float], Any]
 
@@ -49,6 +55,18 @@ class Film(ABC):
         if not -1 < checks.finite("film nu", self.nu, "") <= 0.5:
             raise InputError(f"film nu = {self.nu} must lie in (-1, 0.5]; plastics have 0.3 to 0.5")
 
+    # as a design file has it
+    name: ClassVar[str] = ""
+    # whether the stress is the gradient of `energy`
+    has_energy: ClassVar[bool] = True
+    # whether it can be pressed, so that it carries pressure from outside
+    bears_compression: ClassVar[bool] = True
+    # whether wrinkles turn with the strain: the shear stiffness depends on the stress then
+    turns: ClassVar[bool] = False
+    # whether unstrained film has a tangent
+    has_tangent_at_rest: ClassVar[bool] = True
+    # whether the law leads from unstressed film to a stress that another one takes over, by `removed_strain`
+    leads_to_stress: ClassVar[bool] = False
     # whether the law knows a direction of its own, so that its strain varies with the frame
     directional: ClassVar[bool] = False
     # whether residuals come from `stress`, written with a modulus matrix, not from `energy`
@@ -58,6 +76,22 @@ class Film(ABC):
     def Et(self) -> float:
         """Membrane stiffness E t [N/m]."""
         return self.E * self.thickness
+
+    @property
+    def shares(self) -> tuple[float, float] | None:
+        """Shares of the isotropic hoop and shear stiffness in film that pulls along the meridian alone.
+
+        Of a law with one-sided tangents there, those of the wrinkled one. None where there are none.
+        """
+        return None
+
+    @property
+    def one_sided(self) -> tuple[Film, Film, Film] | None:
+        """Laws with the wrinkled, the mean and the taut tangent of film that pulls one way alone.
+
+        None for a law with one tangent there.
+        """
+        return None
 
     @abstractmethod
     def energy(self, strain: Any, number: Number = float) -> Any:
@@ -111,6 +145,13 @@ def _plane_stress(strain: Any, stiffness: Any, nu: Any) -> Any:
 class Isotropic(Film):
     """Plane-stress St Venant-Kirchhoff film, in tension and in compression (paper eq. 10)."""
 
+    name: ClassVar[str] = "isotropic"
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """All of it."""
+        return 1.0, 1.0
+
     def energy(self, strain: Any, number: Number = float) -> Any:
         """E t/(2(1 - nu^2)) [(1 - nu) E:E + nu (tr E)^2]."""
         return _plane_stress(strain, number(self.Et), number(self.nu))
@@ -129,11 +170,17 @@ class FixedWrinkles(Film):
     """
 
     slack_stiffness: float = 0.0
+    name: ClassVar[str] = "fixed-wrinkles"
     directional: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_share(self.slack_stiffness)
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """`slack_stiffness`, both."""
+        return self.slack_stiffness, self.slack_stiffness
 
     def energy(self, strain: Any, number: Number = float) -> Any:
         """E t/2 (m . E m)^2, m the meridian."""
@@ -169,10 +216,29 @@ class TensionField(Film):
     """
 
     slack_stiffness: float = 1e-6
+    name: ClassVar[str] = "tension-field"
+    bears_compression: ClassVar[bool] = False
+    turns: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_share(self.slack_stiffness)
+
+    @property
+    def shares(self) -> tuple[float, float] | None:
+        """`slack_stiffness` and all of the shear stiffness, on the wrinkled side."""
+        return self.slack_stiffness, 1.0
+
+    @property
+    def one_sided(self) -> tuple[Film, Film, Film] | None:
+        """Half of the isotropic energy blended into the wrinkled one has the mean of both tangents."""
+        material: dict[str, Any] = {"E": self.E, "nu": self.nu, "thickness": self.thickness}
+        wrinkled = WrinkledField(**material, slack_stiffness=self.slack_stiffness)
+        return (
+            wrinkled,
+            replace(wrinkled, slack_stiffness=(1 + self.slack_stiffness) / 2),
+            Isotropic(**material),
+        )
 
     def energy(self, strain: Any, number: Number = float) -> Any:
         """(1 - k) w + k w_iso."""
@@ -209,6 +275,12 @@ class WrinkledField(TensionField):
     field's own energy, for it leaves out E t/(2(1 - nu^2)) <e2 + nu e1>^2.
     """
 
+    has_tangent_at_rest: ClassVar[bool] = False  # it depends on the direction of the pull
+
+    @property
+    def one_sided(self) -> None:
+        """None: it is one of the sides."""
+
     def _relaxed(self, strain: Any, number: Number) -> Any:
         mean = (strain[0, 0] + strain[1, 1]) / 2
         square = ((strain[0, 0] - strain[1, 1]) / 2) ** 2 + strain[0, 1] ** 2
@@ -231,8 +303,40 @@ def _check_share(share: float) -> None:
         )
 
 
-FILMS: dict[str, type[Film]] = {
-    "isotropic": Isotropic,
-    "fixed-wrinkles": FixedWrinkles,
-    "tension-field": TensionField,
-}
+FILMS: dict[str, type[Film]] = {law.name: law for law in (Isotropic, FixedWrinkles, TensionField)}
+
+
+def require_film(film: Any) -> None:
+    """Refuse what is no film law, or the class of one, with an InputError."""
+    if isinstance(film, type) and issubclass(film, Film):
+        raise InputError(f"film is the class {film.__name__}; make one of it, {film.__name__}()")
+    if not isinstance(film, Film):
+        raise InputError(f"film is {film!r}, which is no film law; give one, such as TensionField()")
+
+
+def require_energy(film: Film) -> None:
+    """Refuse film without an energy where a ledger of it is kept, with an InputError."""
+    if not film.has_energy:
+        raise InputError(
+            f"{type(film).__name__} film has no energy to balance in a perturbation or a release; use "
+            "TensionField or IMP"
+        )
+
+
+def require_pressure(film: Film, pressure: float) -> None:
+    """Refuse a gas pressure [Pa] that is no number, or suction on tension-only film, with an InputError."""
+    if checks.finite("pressure", pressure, "Pa") < 0 and not film.bears_compression:
+        raise InputError(
+            f"pressure = {pressure} Pa is suction, which {type(film).__name__} film cannot carry; give 0 or "
+            "more"
+        )
+
+
+def require_one_tangent(film: Film, hoop_slack: float) -> None:
+    """Refuse film whose tangent jumps where it pulls one way alone, as in a held lobe, with an InputError."""
+    if film.one_sided is not None and not hoop_slack:
+        raise InputError(
+            f"the ideal state of {type(film).__name__} film lies on the border of taut and wrinkled, where "
+            "its tangent jumps; use one_sided_modes, one_sided_pressures or one_sided_charts of lobefem.kink "
+            "for bounds, or look at the inflated state"
+        )

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _petsc, _snes
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.log import logger
 from lobefem.measures import middle_nodes, stiffness_scale
@@ -458,7 +459,7 @@ class Flow:
 
 
 @dataclass(frozen=True)
-class _State:
+class _State(Frozen):
     """What a step's energies are measured from."""
 
     volume: float

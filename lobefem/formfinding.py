@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _dolfinx
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, Progress, inflate, placed_state
 from lobefem.errors import ConvergenceError, InputError
@@ -34,7 +35,7 @@ _FAR = 0.05  # of the equator radius: a film that far from every lobe without ho
 
 
 @dataclass(frozen=True)
-class Form:
+class Form(Frozen):
     """A form that was found.
 
     Attributes:

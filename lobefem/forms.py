@@ -80,8 +80,7 @@ class WeakForms:
             strain = strain + path.removed_strain(green_lagrange(found, self.frame), number, hoop_slack)
         self.strain = strain
         self.dx = dx
-        stored = film.energy(strain, number)
-        self.has_energy = stored is not None
+        self.has_energy = film.has_energy
         # strains less what is quadratic in the increment, their parts `bend`, are those of `predicted`
         self.increment = fem.Function(self.V)
         predicted: Any = 0
@@ -103,7 +102,7 @@ class WeakForms:
                 self.cords.append((name, number(cord.EA) * e * stretch, measure))
         self._volume = film_volume_change(u, X, self.frame) * dx
         if self.has_energy:
-            self._elastic = sum(cords, stored * dx)
+            self._elastic = sum(cords, film.energy(strain, number) * dx)
         if balloon.load.convention == "closed":
             load = ufl.derivative(-balloon.pressure * self._volume, u, v)
         else:

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem._files import on_root, replacing
+from lobefem._records import Frozen
 from lobefem._skin import Skin, around, skin
 from lobefem.errors import InputError
 
@@ -32,7 +33,7 @@ FRAMES = 48  # at most
 
 
 @dataclass(frozen=True)
-class Frames:
+class Frames(Frozen):
     """Shapes of a motion.
 
     Attributes:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._records import Frozen
 from lobefem.plates import PlateMotion, sinc
 
 __all__ = ["BendGuide", "Guide", "PushedNodes", "TipGuide", "TwistGuide", "WaveGuide"]
@@ -26,7 +27,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class PushedNodes:
+class PushedNodes(Frozen):
     """Nodes that are displaced outwards by linear s + quadratic s^2; sideways they are free.
 
     Attributes:

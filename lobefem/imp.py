@@ -32,6 +32,7 @@ class IMP(TensionField):
     """
 
     tangent: str = "consistent"
+    name: ClassVar[str] = "imp"
     by_stress: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -97,7 +98,18 @@ class PrescribedPath(IMP):
     wrinkles run along the meridian.
     """
 
+    name: ClassVar[str] = "load-path"
+    has_energy: ClassVar[bool] = False
+    leads_to_stress: ClassVar[bool] = True
     directional: ClassVar[bool] = True
+
+    @property
+    def shares(self) -> None:
+        """None: its tangent is not symmetric."""
+
+    @property
+    def one_sided(self) -> None:
+        """None: the stress jumps, not its derivative alone."""
 
     def energy(self, strain: Any, number: Number = float) -> None:
         """None: there is no energy."""
@@ -124,7 +136,7 @@ class PrescribedPath(IMP):
         return ufl.as_matrix([[E0[0], 0], [0, E0[1]]])
 
 
-STRESS_LAWS: dict[str, type[IMP]] = {"imp": IMP, "load-path": PrescribedPath}
+STRESS_LAWS: dict[str, type[IMP]] = {law.name: law for law in (IMP, PrescribedPath)}
 
 
 def check_load_path(load_path: Any, surface: Any, to: Film) -> None:
@@ -133,7 +145,7 @@ def check_load_path(load_path: Any, surface: Any, to: Film) -> None:
     if balloon is None:
         raise InputError(f"load_path is a {type(load_path).__name__}; give a state that `inflate` found")
     film = balloon.film
-    if not isinstance(film, PrescribedPath):
+    if not film.leads_to_stress:
         raise InputError(
             f"load_path is a state of {type(film).__name__} film; give one that was inflated with "
             "PrescribedPath film"
@@ -144,7 +156,5 @@ def check_load_path(load_path: Any, surface: Any, to: Film) -> None:
             raise InputError(
                 f"load_path is of film with {name} = {one}, and this film has {other}; give both the same"
             )
-    if balloon.prestressed or balloon.load_path is not None:
-        raise InputError("load_path is a state with stress built in; inflate the path from unstressed film")
     if balloon.mesh is not surface.mesh:
         raise InputError("load_path is a state on another mesh; build both balloons on one surface")

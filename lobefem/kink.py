@@ -34,17 +34,17 @@ critical pressure belongs to the mesh, as that of fixed wrinkles does from n = 7
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from lobefem import checks
 from lobefem.balloon import Balloon
-from lobefem.chart import LINEAR, HarmonicChart, Row, harmonic_chart, pressure_limit
+from lobefem.chart import HarmonicChart, Row, harmonic_chart, pressure_limit
 from lobefem.critical import CriticalPressure, critical_pressure
 from lobefem.equilibrium import ideal_state
 from lobefem.errors import EigenError, InputError
-from lobefem.films import Film, Isotropic, TensionField, WrinkledField
+from lobefem.films import Film
 from lobefem.progress import part
 from lobefem.stability import Modes, check_request, find_modes
 
@@ -103,7 +103,7 @@ class OneSidedPressures:
 
 def has_kink(balloon: Balloon) -> bool:
     """Whether the ideal state's energy has two tangents: tension-field film without hoop slack."""
-    return isinstance(balloon.film, TensionField) and not balloon.hoop_slack
+    return balloon.film.one_sided is not None and not balloon.hoop_slack
 
 
 def one_sided_modes(
@@ -135,7 +135,7 @@ def one_sided_modes(
         raise InputError(f"pressure = {pressure} Pa: unstressed film has no wrinkled tangent; give p > 0")
     chosen = None if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     spectra = [
-        find_modes(ideal_state(_with(balloon, film), pressure), count, mass=mass, harmonics=chosen)
+        find_modes(ideal_state(balloon.with_changes(film=film), pressure), count, mass=mass, harmonics=chosen)
         for film in films
     ]
     return OneSidedModes(*spectra)
@@ -156,12 +156,8 @@ def one_sided_pressures(balloon: Balloon, *, harmonic: int | None = None) -> One
 
     Collective.
     """
-    found = []
-    for film in _films(balloon):
-        branch = _with(balloon, film)
-        # at p = 0 the wrinkled tangent has no direction
-        found.append(critical_pressure(branch, harmonic=harmonic, at=(1.0, LINEAR[1])))
-    return OneSidedPressures(*found)
+    branches = [balloon.with_changes(film=film) for film in _films(balloon)]
+    return OneSidedPressures(*(critical_pressure(branch, harmonic=harmonic) for branch in branches))
 
 
 def one_sided_charts(
@@ -192,10 +188,9 @@ def one_sided_charts(
     chosen = None if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     wrinkled, mean, taut = (
         harmonic_chart(
-            _with(balloon, film),
+            balloon.with_changes(film=film),
             chosen,
             comm=comm,
-            at=(1.0, LINEAR[1]),
             known=known[side],
             keep=None if keep is None else partial(keep, side),
             progress=part(progress, side / 3, (side + 1) / 3),
@@ -223,7 +218,7 @@ def slack_critical_pressure(balloon: Balloon, *, harmonic: int | None = None) ->
 
     Collective.
     """
-    _check(balloon)
+    _check(balloon, balloon.film.turns)
     if not balloon.hoop_slack:
         raise InputError("without hoop slack a tension field has two tangents; use one_sided_pressures")
     p = pressure_limit(balloon)
@@ -235,36 +230,22 @@ def slack_critical_pressure(balloon: Balloon, *, harmonic: int | None = None) ->
     raise EigenError(f"the critical pressure did not settle near {p:.6g} Pa; try another hoop_slack")
 
 
-def _check(balloon: Balloon) -> TensionField:
-    film = balloon.film
-    if not isinstance(film, TensionField):
-        raise InputError(f"{type(film).__name__} film has one tangent; use critical_pressure or find_modes")
+def _check(balloon: Balloon, fits: bool) -> None:
+    if not fits:
+        film = type(balloon.film).__name__
+        raise InputError(f"{film} film has one tangent; use critical_pressure or find_modes")
     if not balloon.prestressed:
         raise InputError("the ideal state needs a prestressed balloon; pass prestressed=True")
-    return film
 
 
 def _films(balloon: Balloon) -> tuple[Film, Film, Film]:
     """Laws whose tangents at the ideal state are the wrinkled, the mean and the taut one."""
-    film = _check(balloon)
+    films = balloon.film.one_sided
+    _check(balloon, films is not None)
+    assert films is not None
     if balloon.hoop_slack:
         raise InputError(
             f"film with hoop slack {balloon.hoop_slack:g} has one tangent; use slack_critical_pressure or "
             "find_modes"
         )
-    numbers: dict[str, Any] = {"E": film.E, "nu": film.nu, "thickness": film.thickness}
-    share = film.slack_stiffness
-    wrinkled = WrinkledField(**numbers, slack_stiffness=share)
-    return wrinkled, replace(wrinkled, slack_stiffness=(1 + share) / 2), Isotropic(**numbers)
-
-
-def _with(balloon: Balloon, film: Film) -> Balloon:
-    """The same balloon of another film."""
-    return Balloon(
-        balloon.surface,
-        film,
-        balloon.parts,
-        prestressed=True,
-        frame=balloon.given_frame,
-        quadrature_degree=balloon.quadrature_degree,
-    )
+    return films

@@ -22,7 +22,7 @@ from lobefem.balloon import Balloon
 from lobefem.chart import HarmonicChart, harmonic_chart
 from lobefem.continuum import continuum_pressure, unstable_from
 from lobefem.errors import InputError
-from lobefem.films import FILMS, Film, FixedWrinkles, Isotropic, TensionField
+from lobefem.films import Film, FixedWrinkles, Isotropic, TensionField
 from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
 from lobefem.progress import part, said
@@ -179,16 +179,15 @@ def mesh_study(
         if keep is not None and mesh not in done:
             keep(charts[-1])
     film, lobes = balloon.film, balloon.surface.num_lobes
-    law = next(name for name, kind in FILMS.items() if isinstance(film, kind))
     if published is None and _is_the_papers(balloon):
         published = PUBLISHED.get(lobes)
     h = [1 / around for _, around in meshes]
     lowest = trend(h, [chart.pressure for chart in charts])
     followed = {n: trend(h, [chart[n] for chart in charts]) for n in low}
     shape = balloon.surface.shape
-    continuum = tuple(_continuum(name, one, shape, low) for name, one in _sides(law, film))
+    continuum = tuple(_continuum(name, one, shape, low) for name, one in _sides(film))
     passed = None if published is None else _crossing(charts, published)
-    study = MeshStudy(law, lobes, tuple(charts), lowest, followed, continuum, published, passed)
+    study = MeshStudy(film.name, lobes, tuple(charts), lowest, followed, continuum, published, passed)
     return replace(study, verdict=_verdict(study))
 
 
@@ -199,7 +198,7 @@ def _is_the_papers(balloon: Balloon) -> bool:
     papers = FixedWrinkles()
     numbers = [(shape.edge_radius, 2.0), (film.Et, papers.Et), (film.nu, papers.nu)]
     return (
-        isinstance(film, FixedWrinkles)
+        film.shares == papers.shares
         and isinstance(shape, Isotensoid)
         and all(math.isclose(value, given, rel_tol=1e-2) for value, given in numbers)
     )
@@ -258,13 +257,13 @@ def _checked(divisions: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
 
 
 def _check_balloon(balloon: Balloon) -> None:
-    if isinstance(balloon.film, TensionField):
+    if balloon.film.one_sided is not None:
         raise InputError(
             "the ideal state of tension-field film lies on the border of taut and wrinkled, where its "
             "tangent jumps, so there is no one critical pressure to refine; study isotropic film or fixed "
             "wrinkles, whose verdict has its bounds"
         )
-    if not isinstance(balloon.film, (Isotropic, FixedWrinkles)):
+    if balloon.film.shares is None:
         raise InputError(
             f"a mesh study is of isotropic film or fixed wrinkles, not of {type(balloon.film).__name__}"
         )
@@ -275,7 +274,7 @@ def _check_balloon(balloon: Balloon) -> None:
         )
 
 
-def _sides(law: str, film: Film) -> list[tuple[str, Film]]:
+def _sides(film: Film) -> list[tuple[str, Film]]:
     """The film itself and, in the same material, the bounds of the tension field, and isotropic film."""
     material: dict[str, float] = {"E": film.E, "nu": film.nu, "thickness": film.thickness}
     sides: list[tuple[str, Film]] = [
@@ -284,7 +283,7 @@ def _sides(law: str, film: Film) -> list[tuple[str, Film]]:
         ("tension field, mean", TensionField(**material, slack_stiffness=0.5)),
         ("isotropic", Isotropic(**material)),
     ]
-    return [(law, film), *sides]
+    return [(film.name, film), *sides]
 
 
 def _continuum(law: str, film: Film, shape: Lobe, low: Sequence[int]) -> Continuum:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from lobefem.errors import InputError
 from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates, PlateLoad
 
-__all__ = ["Held", "Parts"]
+__all__ = ["Held", "Parts", "row"]
 
 Array = npt.NDArray[np.float64]
 
@@ -65,7 +65,7 @@ class Parts:
 
     @classmethod
     def sort(cls, parts: Sequence[Any]) -> Parts:
-        """Parts in any order.
+        """Parts in any order, as `row` gives them.
 
         Raises:
             InputError: something that is no part, or two of which there can be one.
@@ -74,6 +74,9 @@ class Parts:
         unknown = [p for p in parts if not isinstance(p, _KINDS)]
         if unknown:
             names = ", ".join(kind.__name__ for kind in _KINDS)
+            if isinstance(unknown[0], type):
+                name = unknown[0].__name__
+                raise InputError(f"{name} is a class and no part of a balloon; make one of it, {name}()")
             raise InputError(f"{unknown[0]!r} is no part of a balloon; use one of {names}")
         return cls(
             one[GasPressure] or GasPressure(),
@@ -83,6 +86,19 @@ class Parts:
             one[PlateLoad],
             one[SelfContact],
         )
+
+
+def row(parts: Any) -> tuple[Any, ...]:
+    """Parts as a tuple; a single one needs no brackets.
+
+    Raises:
+        InputError: something else than a part or a row of things.
+    """
+    if isinstance(parts, _KINDS):
+        return (parts,)
+    if isinstance(parts, str) or not isinstance(parts, Iterable):
+        raise InputError(f"parts are {parts!r}; give a list of them, such as [GasPressure(), EndPlates()]")
+    return tuple(parts)
 
 
 def _single(parts: Sequence[Any], kind: type) -> Any:

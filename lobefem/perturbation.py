@@ -19,6 +19,7 @@ from lobefem.balloon import Balloon
 from lobefem.distortions import Distortion, Increment, distort, release_start
 from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
+from lobefem.films import require_energy
 from lobefem.flow import Ledger, Record
 from lobefem.progress import plain
 from lobefem.release import Moment, Released, release
@@ -138,12 +139,14 @@ def perturb(
         progress: called with a line of text now and then.
 
     Raises:
-        InputError: the balloon cannot be distorted so, or `resume` is of another study.
+        InputError: the balloon cannot be distorted so, its film has no energy, or `resume` is of another
+            study.
         ConvergenceError: no equilibrium; its `state` is the last one, and in a ramp `data` holds the
             `points` up to there.
 
     Collective.
     """
+    require_energy(balloon.film)
     study = {
         "distortion": repr(distortion),
         "pressure": pressure,

@@ -15,9 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem._glance import Glance, Glanceable, number
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, inflate
 from lobefem.errors import ConvergenceError, InputError
+from lobefem.films import require_energy
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.log import logger
 from lobefem.measures import distance_of, is_turn, largest, num_turns
@@ -50,7 +52,7 @@ class Start(Protocol):
 
 
 @dataclass(frozen=True)
-class Moment:
+class Moment(Frozen):
     """A balloon in motion: its loads and unknowns at one time.
 
     Attributes:
@@ -262,9 +264,7 @@ def _check(
             raise InputError(f"{name} = {value} must be a positive number")
     if not (math.isfinite(start.pressure) and start.pressure):
         raise InputError(f"a release needs a gas pressure; the start has {start.pressure} Pa")
-    if not start.balloon.forms.has_energy:
-        film = type(start.balloon.film).__name__
-        raise InputError(f"{film} film has no energy to balance in a release; use TensionField or IMP")
+    require_energy(start.balloon.film)
 
 
 def _undamped(last: Moment) -> tuple[Equilibrium | None, str]:

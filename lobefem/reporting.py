@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from lobefem._terminal import console, is_terminal
 from lobefem.log import logger
 from lobefem.progress import Progress, share_of
 
@@ -69,7 +70,7 @@ def reporting(
     if quiet or not is_root:
         yield None
         return
-    shown: Any = _Bar() if sys.stderr.isatty() else _Lines(silent=verbose)
+    shown: Any = _Bar() if is_terminal(sys.stderr) else _Lines(silent=verbose)
     handler = _Log(shown.say)
     level = logger.level
     if verbose:
@@ -126,7 +127,6 @@ class _Bar:
     """Progress as a line that moves."""
 
     def __init__(self) -> None:
-        from rich.console import Console
         from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 
         self._clock = Clock()
@@ -134,7 +134,7 @@ class _Bar:
         left = TextColumn("{task.fields[clock]}", markup=False)
         text = TextColumn("{task.description}", markup=False)
         self._progress = Progress(
-            SpinnerColumn("line"), bar, left, text, console=Console(stderr=True), transient=True
+            SpinnerColumn("line"), bar, left, text, console=console(sys.stderr), transient=True
         )
         self._task = self._progress.add_task("setting up", total=None, clock=_Left(self._clock))
         self._progress.start()

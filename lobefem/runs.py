@@ -18,6 +18,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._records import Frozen
 from lobefem.errors import InputError
 
 __all__ = ["SCHEMA", "Run", "Step", "find_runs", "load_run"]
@@ -40,7 +41,7 @@ _CORNERS = {"Triangle": 3, "Quadrilateral": 4}
 
 
 @dataclass(frozen=True)
-class Step:
+class Step(Frozen):
     """The fields at one pressure.
 
     Attributes:
@@ -60,7 +61,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(Frozen):
     """What a run left.
 
     Attributes:

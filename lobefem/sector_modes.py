@@ -12,6 +12,7 @@ import scipy.sparse as sp
 
 from lobefem._banded import HERMITIAN, asymmetry, lowest
 from lobefem._files import on_all
+from lobefem._records import Frozen
 from lobefem._snes import revealing_pressure
 from lobefem.cyclic import Sector, as_scipy, own_pairs
 
@@ -84,7 +85,7 @@ def modes_of_harmonics(
 
 
 @dataclass(frozen=True)
-class _Raw:
+class _Raw(Frozen):
     """The solution of one harmonic's assembled problem."""
 
     harmonic: int

@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.transforms import Affine2D
 
+from lobefem._records import Frozen
 from lobefem._skin import Skin, normals, outline, polygons
 from lobefem._style import COLOURS, MM, REGIONS, STYLE
 
@@ -56,7 +57,7 @@ class Scale:
 
 
 @dataclass(frozen=True)
-class Panel:
+class Panel(Frozen):
     """One shape with its caption, drawn in both views.
 
     Attributes:

@@ -18,11 +18,13 @@ import numpy.typing as npt
 
 from lobefem import _petsc, _whole, checks
 from lobefem._glance import Glance, Glanceable
+from lobefem._records import Frozen
 from lobefem._snes import has_symmetric_stiffness
 from lobefem.balloon import Balloon
 from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, solver, with_conjugates
 from lobefem.equilibrium import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
+from lobefem.films import require_one_tangent
 from lobefem.harmonics import dominant, kind_of, spectrum
 from lobefem.log import logger
 from lobefem.measures import displacement_of, free_to_turn, largest, stiffness_scale
@@ -43,7 +45,7 @@ NEUTRAL = 1e-6
 
 
 @dataclass(frozen=True)
-class Mode:
+class Mode(Frozen):
     """One eigenpair.
 
     Attributes:
@@ -171,7 +173,8 @@ def find_modes(
             mesh (`lobefem.cyclic`): no full tangent is assembled or factorised.
 
     Raises:
-        InputError: an unknown mass, a count below 1, or harmonics that the mesh does not have.
+        InputError: an unknown mass, a count below 1, harmonics that the mesh does not have, or the ideal
+            state of film whose tangent jumps there (`lobefem.kink`).
         EigenError: fewer pairs converged than asked for.
 
     Collective.
@@ -180,6 +183,8 @@ def find_modes(
     asked = () if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     check_request(balloon, count, mass)
     require_whole(balloon)
+    if _is_held(state):
+        require_one_tangent(balloon.film, balloon.hoop_slack)
     if harmonics is not None:
         return _of_harmonics(state, count, mass, asked)
     q = state.activate()
@@ -236,6 +241,13 @@ def find_modes(
     B.destroy()
     logger.info("modes at %g Pa: lowest %s", state.pressure, modes[0].value)
     return Modes(state, mass, symmetric, skew, negative, modes)
+
+
+def _is_held(state: Equilibrium) -> bool:
+    """Whether a state is the ideal one under load: its own stress, and nothing moved. Collective."""
+    if not state.pressure == state.prestress != 0:
+        return False
+    return not state.balloon.comm.allreduce(int(np.any(state.unknowns)))
 
 
 def check_request(balloon: Balloon, count: int, mass: str = "unit") -> None:

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _blocks, _dolfinx
+from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
 from lobefem.errors import InputError
@@ -62,7 +63,7 @@ class Keepable(Protocol):
 
 
 @dataclass(frozen=True)
-class Checkpoint:
+class Checkpoint(Frozen):
     """A state read back: `inflate(balloon, pressure, start=checkpoint)` goes on from it.
 
     Attributes:

@@ -21,6 +21,7 @@ from lobefem._axis import Axis, unit
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._manifold import CORNERS
 from lobefem._memory import require_memory
+from lobefem._records import Frozen, OnMesh
 from lobefem.errors import InputError
 from lobefem.isotensoid import Isotensoid
 from lobefem.lobe import Lobe
@@ -98,7 +99,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True, repr=False)
-class Surface(Glanceable):
+class Surface(Frozen, OnMesh, Glanceable):
     """A meshed film with its parts named.
 
     One of a mesh of one's own needs the mesh, its tags and their names; what it says of itself is checked

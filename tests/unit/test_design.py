@@ -271,7 +271,7 @@ def test_files_that_cannot_be_read(shared_path, comm):
         (shared_path, "cannot read '.*' \\(Is a directory\\); give a TOML design file"),
         (huge, "huge.toml is no TOML \\(not such a text\\)"),
         (wrong, "wrong.toml is no TOML \\(.*line 1.*\\); see meshes/"),
-        (binary, "binary.toml is no TOML \\(not such a text\\)"),
+        (binary, "binary.toml is no text in UTF-8 but maybe in UTF-16; save it as UTF-8"),
     ):
         with pytest.raises(InputError, match=message):
             Design.load(path, comm)
@@ -311,6 +311,88 @@ def test_values_that_toml_lacks_are_said_with_what_to_write(shared_path, comm, l
     assert "line 2: " in str(caught.value)
     assert why in str(caught.value)
     assert str(caught.value).endswith(f"; write {instead}")
+
+
+# mended by hand, each of these is the design file in which it stands
+_LAW, _QUOTED = "[film]\n{}\nnu = 0.2\n", 'law = "isotropic"'
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        _LAW.format(_QUOTED).encode("utf-8-sig"),
+        _LAW.format(_QUOTED).replace("\n", "\r\n").encode("utf-8-sig"),
+        _LAW.format(f"{_QUOTED} # \u201cnever\u201d\u00a0wrinkles, 5 \u00b5m").encode(),
+    ],
+)
+def test_marks_of_an_editor_that_change_nothing_are_read(tmp_path, content):
+    path = tmp_path / "mine.toml"
+    path.write_bytes(content)
+    film = Design.load(path).film
+    assert (film.law, film.nu) == ("isotropic", 0.2)
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [
+        (_LAW.format(_QUOTED).encode("utf-16"), " is no text in UTF-8 but maybe in UTF-16; save it as UTF-8"),
+        (
+            _LAW.format(_QUOTED).encode("utf-16-le"),
+            " is no text in UTF-8 but maybe in UTF-16; save it as UTF-8",
+        ),
+        (
+            _LAW.format(f"{_QUOTED} # 5 \u00b5m").encode("latin-1"),
+            ", line 2: byte 0xb5 is no UTF-8 but maybe Latin-1; save it as UTF-8",
+        ),
+        (
+            "\u00b5 = 1\n".encode("latin-1"),
+            ", line 1: byte 0xb5 is no UTF-8 but maybe Latin-1; save it as UTF-8",
+        ),
+        (
+            _LAW.format(_QUOTED).replace("\n", "\r").encode(),
+            ", line 1 ends in a carriage return alone; save it with the line ends of Unix or Windows",
+        ),
+        (
+            f"[film]\r\n{_QUOTED}\rnu = 0.2\r\n".encode(),
+            ", line 2 ends in a carriage return alone; save it with the line ends of Unix or Windows",
+        ),
+        (
+            _LAW.format("law = \u201cisotropic\u201d").encode(),
+            ', line 2: \u201c is a curly quote; write the straight one, "',
+        ),
+        (
+            _LAW.format('law = "isotropic\u201d').encode(),
+            ', line 2: \u201d is a curly quote; write the straight one, "',
+        ),
+        (
+            _LAW.format("law = \u2018isotropic\u2019").encode(),
+            ', line 2: \u2018 is a curly quote; write the straight one, "',
+        ),
+        (
+            _LAW.format('law\u00a0= "isotropic"').encode(),
+            ", line 2: there is a no-break or other special blank (U+00A0) after law; write a plain one",
+        ),
+        (
+            "\u00a0[film]\n".encode(),
+            ", line 1: there is a no-break or other special blank (U+00A0); write a plain one",
+        ),
+        (
+            "[film]\nnu = 0.2\u200b\n".encode(),
+            ", line 2: there is a no-break or other special blank (U+200B) after nu = 0.2; write a plain one",
+        ),
+        # neither is at fault within a string
+        (
+            'law = "\u201ciso\u201d\u00a0film" 5\n'.encode(),
+            " is no TOML (Expected newline or end of document after",
+        ),
+    ],
+)
+def test_what_an_editor_has_done_is_named(tmp_path, content, what):
+    path = tmp_path / "mine.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        Design.load(path)
+    assert str(caught.value).startswith(f"{path}{what}")
 
 
 @pytest.mark.parametrize(

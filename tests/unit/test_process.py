@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,6 +14,8 @@ from mpi4py import MPI
 
 SINGLE = str(Path(__file__).parents[2] / "meshes/single.toml")
 COARSE = ("--divisions", "6x10")
+
+MPIRUN = shutil.which("mpirun", path=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}")
 
 # a launcher's children may not launch: MPICH and Open MPI refuse, or take them for their own
 alone = pytest.mark.skipif(
@@ -73,6 +76,16 @@ def test_a_process_ends_with_the_exit_code():
     done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, "--film", "rubber")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines()[-1].startswith("lobefem: --film: 'rubber' is unknown")
+
+
+@alone
+@pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["modes", "--help"], []])
+def test_what_needs_no_run_is_printed_once(arguments):
+    one, two = (
+        start(*launcher, sys.executable, "-m", "lobefem", *arguments)
+        for launcher in ([], [MPIRUN, "-n", "2"])
+    )
+    assert (two.returncode, two.stdout) == (one.returncode, one.stdout) != (0, "")
 
 
 @alone
