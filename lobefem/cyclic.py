@@ -155,7 +155,7 @@ class Sector:
         angle = 2e-6 * np.pi / self.order * self._table[:, 1]
         ring = np.cumsum(np.diff(self._table[:, 0], prepend=self._table[0, 0]) > 3)
         power = 0.0
-        twice = 2 * harmonic % self.order == 0 and harmonic % (self.columns * self.order)
+        twice = 2 * harmonic % self.order == 0 and 2 * harmonic % (self.columns * self.order)
         for n in (harmonic, -harmonic) if twice else (harmonic,):
             part = np.zeros((ring[-1] + 1, 3), dtype=complex)
             np.add.at(part, ring, field * np.exp(-1j * n * angle)[:, None])

@@ -46,6 +46,59 @@ def pressed(comm, n, stiffness=None):
     return balloon, inflate(balloon, P, start=replace(start, unknowns=unknowns))
 
 
+@pytest.fixture
+def patches(comm):
+    """The contact of two patches, and their displacements when they are a distance from each other."""
+    surface = two_patches(comm, 2 * ACTIVATION, 3)
+    parts = [Held(lambda x: x[2] < ACTIVATION), SelfContact(activation=ACTIVATION, stiffness=P)]
+    balloon = Balloon(surface, Isotropic(), parts, frame=tangent_frame(surface.mesh, (1, 0, 0)))
+    upper = nodal(balloon)[:, 2:] > ACTIVATION
+
+    def apart(distance):
+        """Each of the two goes half of the way."""
+        return (np.where(upper, [0, 0, 0.5], [0, 0, -0.5]) * (distance - 2 * ACTIVATION)).ravel()
+
+    return balloon.contact, apart
+
+
+def test_a_step_in_which_two_films_pass_each_other_is_cut(patches):
+    """From a gap g each goes 0.6 g towards the other: they may go less than 1/1.2 of that."""
+    contact, apart = patches
+    share = contact.free_share(apart(0.5 * ACTIVATION), apart(-0.1 * ACTIVATION))
+    assert 0.5 < share < 1 / 1.2
+    # away from each other, or nearer by a tenth, nothing is in the way
+    for end in (0.45, 3.0):
+        assert contact.free_share(apart(0.5 * ACTIVATION), apart(end * ACTIVATION)) == 1.0
+
+
+def test_films_that_come_near_feel_each_other_at_once(patches):
+    """The pairs that were looked up while they were 1.5 d apart serve as well as those at 0.6 d."""
+    contact, apart = patches
+    assert contact.energy(apart(1.5 * ACTIVATION)) == 0.0
+    near = apart(0.6 * ACTIVATION)
+    energy, force = contact.energy(near), contact.gradient(near)
+    contact._candidates = None
+    contact._found.clear()
+    assert energy > 0
+    assert contact.energy(near) == pytest.approx(energy, rel=1e-12)
+    np.testing.assert_allclose(contact.gradient(near), force, rtol=0, atol=1e-12 * energy / ACTIVATION)
+
+
+@pytest.mark.parametrize("y", [0.2, 0.6, 0.95])
+def test_energy_of_two_parallel_films(patches, y):
+    """k d b(y^2) times the area that is in contact, b(x) = -(x - 1)^2 ln x; none beyond d."""
+    contact, apart = patches
+    x = y**2
+    report = contact.measure(apart(y * ACTIVATION))
+    energy = -P * ACTIVATION * (x - 1) ** 2 * np.log(x)
+    push = 2 * P * y * (2 * (x - 1) * np.log(x) + (x - 1) ** 2 / x)
+    # a lower node at the upper patch's edge counts a little less in the one than in the other
+    assert report.energy == pytest.approx(energy * report.area, rel=0.03)
+    assert report.force == pytest.approx(push * report.area, rel=0.03)
+    assert contact.gap(apart(y * ACTIVATION)) == pytest.approx(y * ACTIVATION, rel=1e-9)
+    assert contact.energy(apart(1.01 * ACTIVATION)) == 0.0
+
+
 @pytest.mark.parametrize("stiffness", [None, 100 * P])
 def test_a_film_at_rest_on_another_carries_the_gas_pressure(comm, stiffness):
     """Contact force = p A, contact area = A, whatever the barrier's stiffness."""

@@ -8,6 +8,9 @@ import pytest
 from mpi4py import MPI
 
 from lobefem import studies
+from lobefem.design import Design
+from lobefem.kink import slack_critical_pressure
+from lobefem.tasks import KINK
 from lobefem.verdict import verdict
 
 MESHES = Path(__file__).parents[2] / "meshes"
@@ -104,6 +107,50 @@ def test_tension_field_film_has_bounds_at_its_kink(lobefem_json):
     assert modes["pressures"][0]["bounds"][0] < 0 < modes["pressures"][0]["bounds"][1]
     assert modes["pressures"][0]["verdict"] == "undecided"
     assert "a lower bound" in modes["warnings"][0]
+
+
+@pytest.fixture
+def slack_design(comm, shared_path):
+    """The single lobe of tension-field film that hangs slack in its hoops."""
+    file = shared_path / "slack.toml"
+    if comm.rank == 0:
+        text = Path(SINGLE).read_text(encoding="utf-8")
+        wanted = 'law = "tension-field"\nhoop_slack = 1e-3\n'
+        assert text.count('law = "fixed-wrinkles"') == 1
+        file.write_text(text.replace('law = "fixed-wrinkles"', wanted), encoding="utf-8")
+    comm.Barrier()
+    return str(file)
+
+
+def test_film_with_hoop_slack_has_one_tangent(lobefem_json, comm, slack_design):
+    options = ("--divisions", "12x20", "--support", "fixed")
+    found, code = lobefem_json("critical", slack_design, *options)
+    assert code == 0
+    assert not {"bounds", "sides"} & set(found)
+    assert KINK not in found["warnings"]
+    design = Design.load(slack_design, comm).with_overrides(
+        {"mesh.divisions": "12x20", "plates.support": "fixed"}
+    )
+    balloon = design.balloon(design.surface(comm), prestressed=True)
+    expected = slack_critical_pressure(balloon)
+    assert found["critical_pressure"] == pytest.approx(expected.pressure, rel=1e-8)
+    assert found["harmonic"] == expected.mode.harmonic
+    without, _ = lobefem_json("critical", SINGLE, *options, "--film", "tension-field")
+    assert KINK in without["warnings"]
+    assert found["critical_pressure"] < without["sides"]["wrinkled"] * (1 - 1e-6)
+
+
+def test_modes_of_film_with_hoop_slack_are_of_one_tangent(lobefem_json, comm, slack_design):
+    options = (*COARSE, "--support", "fixed", "--count", "2")
+    found, code = lobefem_json("modes", slack_design, *options)
+    assert code == 0
+    (entry,) = found["pressures"]
+    assert not {"mean_modes", "taut_modes", "bounds"} & set(entry)
+    assert KINK not in found["warnings"]
+    wrinkled, _ = lobefem_json("modes", SINGLE, *options, "--film", "tension-field")
+    assert KINK in wrinkled["warnings"]
+    one, other = entry["modes"][0]["real"], wrinkled["pressures"][0]["modes"][0]["real"]
+    assert one < other * (1 - 1e-6)  # slack film is softer in shear
 
 
 @pytest.mark.parametrize(

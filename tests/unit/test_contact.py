@@ -19,6 +19,7 @@ from lobefem.errors import ConvergenceError, InputError
 from lobefem.films import Isotropic
 from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
+from lobefem.stability import find_modes
 from lobefem.surface import lobed_cylinder
 
 MESHES = [
@@ -262,6 +263,21 @@ def test_stiffness_follows_the_pressure_unless_given(comm):
         balloon.set_loads(p)
         fixed.set_loads(p)
         assert (balloon.contact.stiffness, fixed.contact.stiffness) == (k, 7.0)
+    # film with built-in stress presses with that, where the gas does not
+    for p, p0, k in ((5.0, 60.0, 60.0), (-5.0, -60.0, 60.0), (80.0, 60.0, 80.0)):
+        balloon.set_loads(p, p0)
+        assert balloon.contact.stiffness == k
+
+
+def test_film_that_touches_itself_has_no_single_harmonics(comm):
+    balloon = stack(comm)
+    rest = inflate(balloon, 5.0)
+    assert {m.harmonic for m in find_modes(rest, 2, harmonics=[2]).modes} == {2}
+    pressed = replace(rest, unknowns=pinched(balloon).array_r.copy())
+    with pytest.raises(
+        InputError, match=r"^the film touches itself, so harmonics are coupled; leave harmonics"
+    ):
+        find_modes(pressed, 2, harmonics=[2])
 
 
 def test_gap_force_and_energy_are_those_of_the_serial_run(comm):

@@ -202,6 +202,51 @@ def test_harmonics_that_a_sector_cannot_tell_apart_are_told_by_their_shape():
         assert critical_pressure(balloon, harmonic=n).mode.harmonic == n
 
 
+def test_harmonics_of_quadratic_cells_are_double_but_for_the_first_and_the_last():
+    """Eight sectors with two nodes each on a ring: n = 4 is half of the sectors, n = 8 half of the nodes."""
+    sector = Sector(build(1, (3, 8), "closed", Isotropic(), order=2))
+    assert (sector.order, sector.columns, sector.harmonics) == (8, 2, range(9))
+    assert [sector.copies(n) for n in range(9)] == [1, 2, 2, 2, 2, 2, 2, 2, 1]
+    linear = Sector(build(1, (3, 8), "closed", Isotropic()))
+    assert [linear.copies(n) for n in linear.harmonics] == [1, 2, 2, 2, 1]
+
+
+@pytest.mark.parametrize("n", range(9))
+def test_share_of_a_harmonic_in_a_wave_on_quadratic_cells(n):
+    """Of n and -n together: all of a wave's own, nothing of that which the sectors cannot tell from it."""
+    sector = Sector(build(1, (3, 8), "closed", Isotropic(), order=2))
+    x = sector.balloon.X[np.unique(sector.balloon.map.free // 3)]
+    angle = np.mod(np.arctan2(x[:, 1], x[:, 0]) + 1e-9, 2 * np.pi) - 1e-9
+    near = angle < 2 * np.pi / 8 - 1e-6
+    # slots lie row by row, as the sector's nodes by height and angle do
+    rows = np.lexsort((np.round(angle[near], 6), np.round(x[near, 2], 6)))
+    angle = angle[near][rows]
+    wave = np.exp(1j * n * angle)
+    alias = np.exp(1j * (n - 8) * angle)
+    for field, share in ((wave, 1.0), (alias, 1.0 if n == 4 else 0.0)):
+        vector = np.repeat(field, 3)
+        assert vector.size == 3 * sector.num_slots
+        assert sector.share(vector, n) == pytest.approx(share, abs=1e-12)
+    if n == 4:  # a standing wave is half of each
+        assert sector.share(np.repeat(np.cos(n * angle), 3).astype(complex), n) == pytest.approx(1)
+        mixed = wave.conj() + 2 * np.exp(1j * 12 * angle)
+        assert sector.share(np.repeat(mixed, 3), n) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("off", "refused"), [(1e-3, True), (3e-6, True), (1e-8, False)])
+def test_an_inflated_state_without_the_symmetry_is_refused(off, refused):
+    """Newton's method leaves 1e-8 of the motion; what is more is a state of its own."""
+    balloon = build(1, (4, 8), "closed", Isotropic(), prestressed=False)
+    state = inflate(balloon, 1000.0, rtol=1e-12)
+    if balloon.comm.rank == 0:
+        state.unknowns[0] += off * state.max_displacement
+    if refused:
+        with pytest.raises(InputError, match="the state differs from sector to sector by"):
+            find_modes(state, 2, harmonics=[2])
+    else:
+        assert {m.harmonic for m in find_modes(state, 2, harmonics=[2]).modes} == {2}
+
+
 def test_a_state_without_the_symmetry_is_refused():
     balloon = build(1, (4, 8), "closed", Isotropic())
     state = ideal_state(balloon, 1000.0)

@@ -220,6 +220,35 @@ def test_prescribed_path_sets_up_meridional_stress_and_the_standard_law_keeps_it
     assert resultants(bare)[:, 1].min() > 1
 
 
+def test_hoop_slack_is_part_of_a_load_paths_stress(comm):
+    """Film that took over a path hangs slack in its hoops by what it was told, where it is taut."""
+    path = inflate(stack(comm, PrescribedPath()), 5.0)
+    means = []
+    for slack in (0.0, 1e-3):
+        balloon = stack(comm, TensionField(), path.balloon.surface, load_path=path, hoop_slack=slack)
+        balloon.u.x.array[:] = path.displacement.ravel()
+        strain, dx = balloon.forms.strain, balloon.forms.dx
+        means.append([balloon.integrate(strain[i, i] * dx) / balloon.reference_area for i in range(2)])
+    (along, hoop), (same, less) = means
+    assert same == pytest.approx(along, rel=1e-12)
+    taut = path.taut_area / path.balloon.reference_area
+    assert taut > 0.1
+    assert less - hoop == pytest.approx(-1e-3 * taut, rel=1e-6)
+
+
+def test_where_all_film_is_taut_the_secant_is_the_tangent(comm):
+    """Eq. 10's modulus does not depend on the strain; the stress stiffens the film in both."""
+    surface = lobed_cylinder(2, (4, 8), cell="quadrilateral", comm=comm)
+    balloon = Balloon(surface, IMP(tangent="secant"), [GasPressure("closed"), Hoops(2e5)])
+    q = unknowns(balloon, 0.02 * nodes(balloon))
+    balloon.set_loads(100.0)
+    balloon.place(q)
+    assert region_areas(balloon)[0] == pytest.approx(balloon.reference_area)
+    tangent, secant = balloon.tangent(q).copy(), balloon.tangent(q, iteration=True).copy()
+    secant.axpy(-1.0, tangent)
+    assert secant.norm() < 1e-11 * tangent.norm()
+
+
 def test_secant_needs_more_iterations_than_the_consistent_tangent(comm):
     path = inflate(stack(comm, PrescribedPath()), 5.0)
     surface, counts, volumes = path.balloon.surface, [], []

@@ -9,7 +9,8 @@ from lobefem.critical import critical_pressure
 from lobefem.equilibrium import ideal_state
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField, WrinkledField
-from lobefem.kink import one_sided_modes, one_sided_pressures, slack_critical_pressure
+from lobefem.imp import IMP
+from lobefem.kink import has_kink, one_sided_modes, one_sided_pressures, slack_critical_pressure
 from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
 from lobefem.surface import lobed_cylinder
@@ -87,9 +88,12 @@ def test_spectra_are_ordered(balloon):
     assert spectra.taut.state.balloon.film == Isotropic()
 
 
-def test_the_mean_tangent_is_the_mean(comm, balloon):
-    films = (m.state.balloon.film for m in vars(one_sided_modes(balloon, PRESSURE, count=1)).values())
-    wrinkled, mean, taut = (tangent_at(balloon_of(comm, film), PRESSURE) for film in films)
+@pytest.mark.parametrize("share", [0.0, 0.1])
+def test_the_mean_tangent_is_the_mean(comm, share):
+    one = balloon_of(comm, TensionField(slack_stiffness=share), divisions=(4, 8))
+    films = [m.state.balloon.film for m in vars(one_sided_modes(one, PRESSURE, count=1)).values()]
+    assert films[0] == WrinkledField(slack_stiffness=share)
+    wrinkled, mean, taut = (tangent_at(balloon_of(comm, film, divisions=(4, 8)), PRESSURE) for film in films)
     size = mean.norm()
     mean.scale(2.0)
     mean.axpy(-1.0, wrinkled)
@@ -168,6 +172,21 @@ def test_wrinkled_field_counts_its_regions(comm):
     unstrained = ideal_state(balloon_of(comm, WrinkledField()), 0.0)
     assert unstrained.slack_area == pytest.approx(state.balloon.reference_area)
     assert unstrained.residual == 0.0
+
+
+@pytest.mark.parametrize(
+    ("film", "slack", "kink"),
+    [
+        (TensionField(), 0.0, True),
+        (IMP(), 0.0, True),
+        (TensionField(), 1e-3, False),
+        (IMP(), 1e-3, False),
+        (Isotropic(), 0.0, False),
+        (FixedWrinkles(), 0.0, False),
+    ],
+)
+def test_only_a_tension_field_without_slack_has_two_tangents(comm, film, slack, kink):
+    assert has_kink(balloon_of(comm, film, slack, (2, 4))) is kink
 
 
 def test_refusals(comm, balloon):

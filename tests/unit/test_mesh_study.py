@@ -58,7 +58,14 @@ def test_a_fall_has_no_limit():
 
 
 @pytest.mark.parametrize(
-    "pressures", [10 + 90 * H, [3.0, 9.0, 2.0, 8.0], [math.inf, math.inf, 5.0, 4.0], [0.0, 1.0, 10.0, 100.0]]
+    "pressures",
+    [
+        10 + 90 * H,
+        [3.0, 9.0, 2.0, 8.0],
+        [100.0, 140.0, 96.0, 100.0],  # the finest lies near the fit, the others do not
+        [math.inf, math.inf, 5.0, 4.0],
+        [0.0, 1.0, 10.0, 100.0],
+    ],
 )
 def test_what_the_meshes_do_not_tell_stays_open(pressures):
     found = trend(H, pressures)

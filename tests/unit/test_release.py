@@ -196,6 +196,26 @@ def test_a_mode_decays_at_its_eigenvalue_over_the_damping(comm):
     assert found.ledger.damping == pytest.approx(energy, rel=1e-2)
 
 
+def test_a_release_has_the_loads_of_its_start(comm):
+    """Whatever was done with the balloon since."""
+    balloon, rest = stack(comm, lobes=1, divisions=(4, 6))
+    start = swayed(balloon, 0.2)
+    inflate(balloon, 60.0)
+    found = release(start, undistorted=rest, count=1)
+    assert found.history[-1].volume == pytest.approx(rest.volume, rel=1e-8)
+    assert (found.state.pressure, found.state.prestress) == (5.0, 5.0)
+    assert found.distance < 1e-6
+
+
+def test_the_shape_to_return_to_has_the_starts_built_in_stress(comm):
+    balloon, _ = stack(comm, lobes=1, divisions=(4, 6))
+    held = inflate(balloon, 50.0, prestress=5.0)
+    found = release(Moment(balloon, 50.0, 5.0, held.unknowns), count=1)
+    assert found.outcome == RETURNED
+    assert found.distance < 1e-6
+    assert (found.state.pressure, found.state.prestress) == (50.0, 5.0)
+
+
 class Killed(KeyboardInterrupt):
     """A run that ends at any moment."""
 

@@ -148,6 +148,26 @@ def test_complex_pairs_are_kept_whole(comm):
     )
 
 
+@pytest.mark.parametrize("lobes", [1, 2])
+def test_a_complex_mode_by_harmonics_is_the_full_models_own(comm, lobes):
+    """Of a pair each value has its own vector: e^{i theta} goes round one way, its conjugate the other."""
+    balloon = stack(comm, FixedWrinkles(), "film", lobes=lobes)
+    state = ideal_state(balloon, 1000.0)
+    full, split = find_modes(state, 2), find_modes(state, 2, harmonics=[1])
+    owned = balloon.V.dofmap.index_map.size_local
+    for k, other in ((0, 1), (1, 0)):
+        assert split[k].value == pytest.approx(full[k].value, rel=1e-8)
+        assert abs(full[k].value.imag) > 0
+        fields = [m.displacement[:owned] + 1j * m.displacement_imag[:owned] for m in (full[k], split[k])]
+        wrong = full[other].displacement[:owned] + 1j * full[other].displacement_imag[:owned]
+        products = [[np.vdot(a, b) for b in (*fields, wrong)] for a in (*fields, wrong)]
+        gram = np.abs(comm.allreduce(np.array(products)))
+        size = np.sqrt(np.diag(gram))
+        alike = gram / np.outer(size, size)
+        assert alike[0, 1] == pytest.approx(1, abs=1e-5)
+        assert alike[1, 2] < 0.1
+
+
 def test_second_variation_is_the_tangent_between_two_directions(comm):
     balloon = stack(comm, Isotropic(), lobes=4, divisions=(2, 5), prestressed=False)
     balloon.set_loads(2e4)

@@ -1,11 +1,13 @@
 """Paths: modes along them, and where they lose stability, against closed forms and a linear pencil."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from states import nodes, unknowns
 
 from lobefem import (
     Balloon,
@@ -125,6 +127,76 @@ def test_a_path_that_ends_before_its_time_is_no_limit_point(comm, monkeypatch):
         critical_point(pyramid(comm, height), start=0.05 * exact, limit=2 * exact)
     assert caught.value.state.pressure == pytest.approx(0.5 * exact, rel=1e-3)
     assert caught.value.data["pressure"] < 0.5 * exact
+
+
+def test_where_the_state_jumps_the_path_does_not_go_on(comm, monkeypatch):
+    """The solver finds another equilibrium beyond half of the limit pressure: no step leads there."""
+    height = 0.15
+    exact = roof_pressure(height / np.sqrt(3), height)
+    monkeypatch.setattr(tracing, "jumped", lambda before, after: after.pressure < 0.5 * exact)
+    with pytest.raises(ConvergenceError, match="but not at a limit point") as caught:
+        critical_point(pyramid(comm, height), start=0.05 * exact, limit=2 * exact)
+    assert caught.value.state.pressure == pytest.approx(0.5 * exact, rel=2e-3)
+
+
+def test_to_the_roofs_other_side_is_a_jump(comm):
+    """From one equilibrium to that inside out, and from it on; along either side is none."""
+    height = 0.15
+    exact = roof_pressure(height / np.sqrt(3), height)
+    balloon = pyramid(comm, height)
+    near = [inflate(balloon, share * exact) for share in (0.5, 0.6)]
+    through = unknowns(balloon, nodes(balloon) * [0, 0, -2.5])
+    inverted = replace(near[0], unknowns=through.array_r.copy())
+    far = [inflate(balloon, share * exact, start=inverted) for share in (0.5, 0.6)]
+    assert all(one.volume < -0.5 * two.volume for one, two in zip(far, near, strict=True))
+    for before, after, jump in (
+        (near[0], near[1], False),
+        (near[1], near[0], False),
+        (far[0], far[1], False),
+        (near[0], far[1], True),
+        (far[0], near[1], True),
+    ):
+        assert path_modes.jumped(before, after) is jump
+
+
+@pytest.mark.parametrize("find", ["critical_point", "trace"])
+def test_each_state_of_a_path_starts_from_the_one_before(comm, monkeypatch, find):
+    starts, pressures = [], []
+
+    def watched(balloon, pressure, *, start=None, **options):
+        starts.append(start)
+        pressures.append(pressure)
+        return inflate(balloon, pressure, start=start, **options)
+
+    monkeypatch.setattr(tracing, "inflate", watched)
+    height = 0.15
+    exact = roof_pressure(height / np.sqrt(3), height)
+    if find == "trace":
+        trace(pyramid(comm, height), [0.2 * exact, 0.4 * exact, 0.6 * exact], count=1, state="inflated")
+        assert [start.pressure for start in starts[1:]] == pressures[:-1]
+    else:
+        critical_point(pyramid(comm, height), start=0.5 * exact, limit=2 * exact)
+    assert starts[0] is None
+    assert len(starts) > 2
+    assert all(start is not None for start in starts[1:])
+
+
+def test_a_steep_roofs_search_between_two_states_starts_from_the_stable_one(comm, monkeypatch):
+    starts = []
+
+    def watched(balloon, pressure, *, start=None, **options):
+        starts.append((pressure, start))
+        return inflate(balloon, pressure, start=start, **options)
+
+    monkeypatch.setattr(tracing, "inflate", watched)
+    height = 2.0
+    exact = roof_pressure(brentq(sideways_stiffness, 0.6 * height, height, args=(height,)), height)
+    found = critical_point(pyramid(comm, height), start=0.9 * exact, limit=2 * exact)
+    assert found.point == "bifurcation"
+    (_, first), *rest = starts
+    assert first is None
+    # pressures are negative: a stable state bears less
+    assert all(start is not None and start.pressure >= found.bracket[0] for _, start in rest)
 
 
 def test_a_roof_pulled_outwards_stays_stable(comm):

@@ -1,0 +1,116 @@
+"""Quantities: every unit is read as what it is, and what no quantity is is refused."""
+
+import math
+
+import pytest
+
+from lobefem import units
+from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, in_degrees, pascals
+
+# written out, not taken from the module: a wrong factor there must not be right here
+LENGTHS = {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
+PRESSURES = {
+    "Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "mbar": 1e2, "bar": 1e5,
+    "N/m^2": 1.0, "N/m2": 1.0, "N/mm^2": 1e6, "N/mm2": 1e6,
+}  # fmt: skip
+FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9}
+STIFFNESSES = {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9}
+KINDS = (
+    (LENGTH, LENGTHS), (PRESSURE, PRESSURES), (STRESS, PRESSURES), (FORCE, FORCES), (STIFFNESS, STIFFNESSES),
+    (NUMBER, {}),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "factor"), [(kind, *pair) for kind, known in KINDS for pair in known.items()]
+)
+def test_every_unit_is_read_as_what_it_is(kind, unit, factor):
+    for text in (f"2 {unit}", f"2.0{unit}", f" 20e-1  {unit} "):
+        assert kind.read(text) == 2 * factor
+    assert kind.read(f"-.5 {unit}") == -0.5 * factor
+
+
+def test_no_unit_is_untested():
+    kinds = [kind for kind in vars(units).values() if isinstance(kind, units.Quantity)]
+    assert [(kind, set(known)) for kind, known in KINDS if set(kind.factors) != set(known)] == []
+    assert {kind.name for kind in kinds} == {kind.name for kind, _ in KINDS}
+
+
+def test_a_unit_of_another_kind_is_none():
+    """5 kPa is no length: none of the units that a kind does not have is read."""
+    every = {unit for _, known in KINDS for unit in known}
+    for kind, known in KINDS:
+        for unit in every - set(known):
+            with pytest.raises(ValueError, match="is not"):
+                kind.read(f"5 {unit}")
+
+
+@pytest.mark.parametrize("kind", [kind for kind, _ in KINDS], ids=lambda kind: kind.name)
+def test_the_example_in_a_message_is_read(kind):
+    """Both ways to write it mean the same number."""
+    ways = [way.strip('"') for way in kind.example.split(" or ")]
+    assert {kind.read(way) for way in ways} == {float(ways[0])}
+    assert len(ways) == (1 if kind is NUMBER else 2)
+
+
+@pytest.mark.parametrize(
+    ("pressure", "text"),
+    [
+        (0.0, "0 Pa"), (4.99951, "5 Pa"), (9999.0, "9999 Pa"), (9999.6, "10 kPa"), (12345.6, "12.35 kPa"),
+        (-5e4, "-50 kPa"), (math.inf, "inf kPa"),
+    ],
+)  # fmt: skip
+def test_a_pressure_in_words(pressure, text):
+    assert pascals(pressure) == text
+
+
+def test_angles_are_given_in_degrees():
+    assert in_degrees(math.pi / 2, "rad") == (90.0, "degrees")
+    assert in_degrees(0.3, "m") == (0.3, "m")
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "value"),
+    [
+        (LENGTH, "0.05 mm", 5e-5),  # exactly: 0.05 * 1e-3 is 5.000000000000001e-05
+        (LENGTH, "50um", 5e-5),
+        (LENGTH, "50 µm", 5e-5),
+        (LENGTH, "4.2 m", 4.2),
+        (LENGTH, "2e-3 km", 2.0),
+        (LENGTH, "2", 2.0),
+        (STRESS, "3.5 GPa", 3.5e9),
+        (STRESS, "3500 N/mm^2", 3.5e9),
+        (STRESS, "215 GPa", 2.15e11),
+        (PRESSURE, " 5 Pa ", 5.0),
+        (PRESSURE, "-0.5 mbar", -50.0),
+        (FORCE, "2.15e9 N", 2.15e9),
+        (FORCE, "2.15 GN", 2.15e9),
+        (NUMBER, "0.3", 0.3),
+        (NUMBER, 1, 1.0),
+    ],
+)
+def test_quantities_are_converted_exactly(kind, text, value):
+    assert kind.read(text) == value
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "message"),
+    [
+        (LENGTH, "5 kPa", "'5 kPa' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
+        (LENGTH, "5 MM", "'5 MM' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
+        (STRESS, "3.5 GN", "'3.5 GN' is not a stress; give pascals, e.g. 3.5e9 or \"3.5 GPa\""),
+        (FORCE, True, 'True is not a force; give newtons, e.g. 2.15e9 or "2.15 GN"'),
+        (NUMBER, "0.3 m", "'0.3 m' is not a pure number; give a number, e.g. 0.3"),
+        (NUMBER, math.inf, "inf is not a finite number; give a number, e.g. 0.3"),
+        (NUMBER, math.nan, "nan is not a finite number; give a number, e.g. 0.3"),
+        (NUMBER, 10**400, "is not a finite number; give a number, e.g. 0.3"),
+        (PRESSURE, "1e999 Pa", "'1e999 Pa' is not a finite number; give pascals"),
+        (PRESSURE, "five", "'five' is not a pressure; give pascals, e.g. 5.0 or \"5 Pa\""),
+        (PRESSURE, "", "'' is not a pressure"),
+        (PRESSURE, [5], "[5] is not a pressure"),
+    ],
+)
+def test_wrong_quantities_are_refused(kind, value, message):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011  the words are compared below
+        kind.read(value)
+    assert message in str(caught.value)
