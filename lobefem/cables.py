@@ -61,9 +61,10 @@ class Cords:
             chosen += [name for name in found if name not in chosen]
         return tuple(chosen)
 
-    def energy(self, strain: Any, number: Any = float) -> Any:
+    @staticmethod
+    def energy(strain: Any, EA: Any) -> Any:
         """EA/2 e^2 per reference length [J/m], prestrain included in `strain`."""
-        return number(self.EA) / 2 * strain**2
+        return EA / 2 * strain**2
 
 
 class Hoops(Cords):

@@ -10,19 +10,16 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from lobefem import _dolfinx
 from lobefem._assembly import together
+from lobefem._cordage import Cordage
 from lobefem.cables import Cords
-from lobefem.errors import InputError
 from lobefem.kinematics import edge_strain, green_lagrange
 from lobefem.loads import film_volume_change, pressure_work
 
 # isort: split
 import ufl
 from dolfinx import fem
-from dolfinx.mesh import exterior_facet_indices
 
 __all__ = ["WeakForms"]
 
@@ -41,7 +38,7 @@ class WeakForms:
         dx: the film's measure.
         strain: total Green-Lagrange strain of the film in its frame, built-in strain included.
         increment: displacement d of the last Newton step, for `predicted`.
-        cords: (group, tension [N], measure) of each edge group with a cord.
+        cordage: the balloon's cords.
 
     Raises:
         InputError: a cord on an edge group that is empty, or lies on free edges and within the film.
@@ -86,20 +83,16 @@ class WeakForms:
         predicted: Any = 0
         v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
         cords = []
-        free = _free_edges(mesh) if balloon.cords else np.empty(0)
-        self.cords: list[tuple[str, Any, Any]] = []
-        for cord in balloon.cords:
-            for name in cord.groups(surface):
-                measure, side = _edge_measure(mesh, surface, name, free)
-                e = edge_strain(u, mesh, side)
-                if balloon.prestressed:
-                    e = e + balloon.prestress * number(_tension(cord, surface) / cord.EA)
-                cords.append(cord.energy(e, number) * measure)
-                bend = _even(lambda d: edge_strain(d, mesh, side), self.increment)  # noqa: B023
-                predicted += number(cord.EA) * (e - bend) * ufl.derivative(e, u, v) * measure
-                # second Piola tension times stretch: the force in the deformed cord
-                stretch = ufl.sqrt(1 + 2 * edge_strain(u, mesh, side))
-                self.cords.append((name, number(cord.EA) * e * stretch, measure))
+        self.cordage = Cordage(surface, balloon.cords, balloon.prestressed)
+        self._strains: list[Any] = []
+        for strand in self.cordage.strands:
+            e = edge_strain(u, mesh, strand.side)
+            if balloon.prestressed:
+                e = e + balloon.prestress * strand.built_in
+            cords.append(Cords.energy(e, strand.EA) * strand.measure)
+            bend = _even(lambda d: edge_strain(d, mesh, strand.side), self.increment)  # noqa: B023
+            predicted += strand.EA * (e - bend) * ufl.derivative(e, u, v) * strand.measure
+            self._strains.append(e)
         self._volume = film_volume_change(u, X, self.frame) * dx
         if self.has_energy:
             self._elastic = sum(cords, film.energy(strain, number) * dx)
@@ -183,10 +176,20 @@ class WeakForms:
         return together(self.mesh, *((region, self.dx) for region in regions))
 
     @cached_property
-    def pulls(self) -> tuple[tuple[Any, Any], ...]:
-        """For each edge group with a cord its tension, integrated [N m], and its reference length [m]."""
-        one = self.number(1.0)
-        return tuple((_dolfinx.form(N * ds), _dolfinx.form(one * ds)) for _, N, ds in self.cords)
+    def pulls(self) -> Any:
+        """Tensions of the cords, integrated over their lengths [N m], for `Cordage.sums`."""
+        # second Piola tension times stretch: the force in the deformed cord
+        return self.cordage.compile(
+            [
+                strand.EA * e * ufl.sqrt(1 + 2 * edge_strain(self.u, self.mesh, strand.side))
+                for strand, e in zip(self.cordage.strands, self._strains, strict=True)
+            ]
+        )
+
+    @cached_property
+    def lengths(self) -> Any:
+        """Reference lengths of the cords [m]."""
+        return self.cordage.sums(self.cordage.compile([1.0] * len(self.cordage.strands)))
 
     @cached_property
     def directions(self) -> tuple[Any, Any]:
@@ -213,41 +216,3 @@ class WeakForms:
 def _even(f: Any, d: Any) -> Any:
     """The even part of f(d): of a strain, what is quadratic."""
     return (f(d) + f(-d)) / 2
-
-
-def _free_edges(mesh: Any) -> Any:
-    """This rank's facets of one cell."""
-    mesh.topology.create_connectivity(1, 2)
-    return exterior_facet_indices(mesh.topology)
-
-
-def _edge_measure(mesh: Any, surface: Any, name: str, free: Any) -> tuple[Any, str | None]:
-    """The measure over an edge group, dS within the film and ds on `free` edges, and its side.
-
-    Raises:
-        InputError: the group is empty, or lies on both.
-
-    Collective.
-    """
-    tag = surface.groups[name][1]
-    facets = surface.edges.find(tag)
-    owned = facets[facets < mesh.topology.index_map(1).size_local]
-    inner = ~np.isin(owned, free)
-    # a rank may have none of the group's facets
-    num_free, num_inner = mesh.comm.allreduce(np.array([(~inner).sum(), inner.sum()]))
-    if not num_free + num_inner:
-        raise InputError(f"edge group '{name}' is empty: there is no edge for a cord; tag its facets")
-    if num_free and num_inner:
-        raise InputError(
-            f"edge group '{name}' has {num_free} facets on a free edge and {num_inner} within the film; "
-            "give each a group and a cord of its own"
-        )
-    kind, side = ("ds", None) if num_free else ("dS", "+")
-    return ufl.Measure(kind, domain=mesh, subdomain_data=surface.edges)(tag), side
-
-
-def _tension(cord: Cords, surface: Any) -> float:
-    """Tension in a cord per Pa of prestress [N/Pa]."""
-    if cord.tension_per_pressure is not None:
-        return cord.tension_per_pressure
-    return float(surface.shape.seam_tension(1.0))

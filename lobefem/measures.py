@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import _dolfinx, kinematics
-from lobefem._assembly import total, totals
+from lobefem._assembly import totals
 from lobefem.balloon import Balloon
 
 # isort: split
@@ -42,9 +42,10 @@ Array = npt.NDArray[np.float64]
 
 def cord_tensions(balloon: Balloon) -> tuple[float, ...]:
     """Mean tension of each cord group over its reference length [N]. Collective."""
-    return tuple(
-        total(balloon.mesh, pull) / total(balloon.mesh, length) for pull, length in balloon.forms.pulls
-    )
+    forms = balloon.forms
+    if not forms.cordage.strands:
+        return ()
+    return tuple((forms.cordage.sums(forms.pulls) / forms.lengths).tolist())
 
 
 def region_areas(balloon: Balloon) -> tuple[float, float, float]:

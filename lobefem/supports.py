@@ -21,6 +21,7 @@ from lobefem.plates import EndPlates, PlateMotion
 # isort: split
 import ufl
 from dolfinx import fem
+from dolfinx.mesh import meshtags
 
 __all__ = ["axis_terms", "constraint_map", "edge_nodes", "plate_motion"]
 
@@ -59,13 +60,17 @@ def plate_motion(surface: Any, plates: EndPlates, axis: Axis) -> PlateMotion:
     mesh = surface.mesh
     # exact for the area within edges of any of our degrees
     rule = {"quadrature_degree": 4}
-    ds = ufl.Measure("ds", domain=mesh, subdomain_data=surface.edges, metadata=rule)
+    names = ("rim_bottom", "rim_top")
+    rims = [surface.edges.find(surface.groups[name][1]) for name in names]
+    # tags of our own: a surface's may depend on its number of lobes, and what is compiled on the tags
+    facets, first = np.unique(np.concatenate(rims), return_index=True)
+    tags = meshtags(mesh, 1, facets, np.repeat([1, 2], [len(rim) for rim in rims])[first].astype(np.int32))
+    ds = ufl.Measure("ds", domain=mesh, subdomain_data=tags, metadata=rule)
     e, origin = axis_terms(mesh, axis)
     X = ufl.SpatialCoordinate(mesh) - origin
     t = ufl.cross(ufl.CellNormal(mesh), ufl.FacetNormal(mesh))
-    names = ("rim_bottom", "rim_top")
     wanted = ufl.dot(ufl.cross(X, t), e) / 2, fem.Constant(mesh, 1.0), ufl.dot(X, e)
-    found = totals(mesh, together(mesh, *((f, ds(surface.groups[n][1])) for n in names for f in wanted)))
+    found = totals(mesh, together(mesh, *((f, ds(k)) for k in (1, 2) for f in wanted)))
     areas, lengths, heights = found.reshape(2, 3).T
     for name, length in zip(names, lengths, strict=True):
         if length == 0.0:

@@ -9,11 +9,13 @@ import pytest
 from dolfinx.mesh import compute_midpoints, meshtags
 from states import nodes, unknowns
 
+from lobefem import _dolfinx
 from lobefem.balloon import Balloon
 from lobefem.cables import Cords, Hoops
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles
 from lobefem.measures import cord_tensions
+from lobefem.plates import EndPlates
 from lobefem.surface import lobed_cylinder
 
 
@@ -112,6 +114,80 @@ def test_built_in_tension_is_the_seams_or_the_one_given(comm):
         if expected is None:
             expected = shape.R0**2 * math.cos(shape.edge_angle)
         np.testing.assert_allclose(cord_tensions(balloon), [20 * expected] * 2, rtol=1e-13)
+
+
+def fan(x, top):
+    """Edges of all kinds at one node: 1 the top rim, 2 and 3 meridians to it, 4 the seam, 0 all others."""
+    theta = np.arctan2(x[:, 1], x[:, 0])
+    rim = x[:, 2] > top - 1e-9
+    first, second = np.abs(theta) < 1e-9, np.abs(theta - np.pi / 6) < 1e-9
+    seam = np.abs(x[:, 2] - top / 2) < 1e-9
+    return np.select([rim, first, second, seam], [1, 2, 3, 4], 0)
+
+
+def test_groups_that_share_nodes_and_cells_keep_their_own_numbers(comm):
+    """Neighbouring meridians, of one cell between them, a seam across them and the rim that they end on."""
+    surface = lobed_cylinder(2, (4, 12), comm=comm)
+    mesh = surface.mesh
+    facets = np.arange(sum(getattr(mesh.topology.index_map(1), n) for n in ("size_local", "num_ghosts")))
+    x = compute_midpoints(mesh, 1, facets.astype(np.int32))
+    values = fan(x, 2 * surface.shape.height)
+    some = values > 0
+    edges = meshtags(mesh, 1, facets[some].astype(np.int32), values[some].astype(np.int32))
+    names = ("rim", "first", "second", "seam")
+    surface = replace(surface, edges=edges, groups={name: (1, k + 1) for k, name in enumerate(names)})
+    EA = np.array([4e6, 1e6, 3e6, 2e3])
+    cords = [Cords(EA=value, on=(name,)) for name, value in zip(names, EA, strict=True)]
+    # the seam carries two cords, of which the other lies on a meridian too
+    cords.append(Cords(EA=7e6, on=("seam", "first")))
+    EA = np.append(EA, [7e6, 7e6])
+    balloon = Balloon(surface, FixedWrinkles(E=1e-6), cords)
+    q = unknowns(balloon, 0.003 * nodes(balloon))
+    balloon.place(q)
+    e = (1.003**2 - 1) / 2
+    np.testing.assert_allclose(cord_tensions(balloon), EA * e * 1.003, rtol=1e-11)
+    s = surface.shape.stations(4)
+    meridian = 2 * np.hypot(np.diff(surface.shape.radius(s)), np.diff(surface.shape.z(s))).sum()
+    lengths = np.array([PERIMETER, meridian, meridian, PERIMETER, PERIMETER, meridian])
+    assert balloon.strain_energy() == pytest.approx(float(lengths @ EA) / 2 * e**2, rel=1e-9)
+    # the tangent is the residual's derivative, edge by edge
+    step = unknowns(balloon, np.random.default_rng(0).normal(size=(1, 3)) * np.sin(7 * nodes(balloon)))
+    ahead, behind, product = (balloon.map.create_vector() for _ in range(3))
+    balloon.tangent(q).mult(step, product)
+    for sign, out in ((1, ahead), (-1, behind)):
+        moved = q.copy()
+        moved.axpy(sign * 1e-6, step)
+        balloon.residual(moved, out)
+    np.testing.assert_allclose(
+        (ahead.array_r - behind.array_r) / 2e-6,
+        product.array_r,
+        rtol=0,
+        atol=1e-7 * np.abs(product.array_r).max(initial=1.0),
+    )
+
+
+def test_what_is_compiled_does_not_depend_on_the_number_of_seams(comm, monkeypatch):
+    """Nor on the numbers of the cords, or on the tags of rims and seams."""
+    real, made = _dolfinx.form, []
+
+    def form(expression, *args):
+        made.append(expression.signature())
+        return real(expression, *args)
+
+    monkeypatch.setattr(_dolfinx, "form", form)
+    compiled = []
+    for lobes in (2, 5, 120):
+        made.clear()
+        surface = lobed_cylinder(lobes, (2, 4), comm=comm)
+        cords = [Hoops(EA=1e6)] if lobes == 2 else [Cords(EA=k * 1e6, on=(f"seam_{k}",)) for k in (1, 2, 3)]
+        balloon = Balloon(surface, FixedWrinkles(), [*cords, EndPlates("fixed")], prestressed=True)
+        forms = balloon.forms
+        for name in ("elastic", "residual", "tangent", "predicted", "second_variation"):
+            assert getattr(forms, name) is not None
+        assert len(cord_tensions(balloon)) == (1 if lobes == 2 else 3)
+        compiled.append(list(made))
+    assert len(compiled[0]) == len(set(compiled[0]))
+    assert compiled[0] == compiled[1] == compiled[2]
 
 
 def test_one_lobe_has_no_seam_and_needs_no_hoop(comm):
