@@ -21,24 +21,20 @@ if [ -n "${DISPLAY:-}" ] || ! command -v Xvfb >/dev/null; then
     exec "$@"
 fi
 
-# Not xvfb-run: it hangs as process 1 of a container and mixes stderr into stdout.
-scratch=$(mktemp -d)
-Xvfb -displayfd 3 -screen 0 1280x1024x24 -nolisten tcp 3>"$scratch/display" 2>"$scratch/log" &
-server=$!
-trap 'kill "$server" 2>/dev/null; rm -rf "$scratch"' EXIT
-trap 'exit 130' INT
-trap 'exit 143' TERM
-tries=0
-until [ -s "$scratch/display" ]; do
-    tries=$((tries + 1))
-    if [ "$tries" -gt 100 ] || ! kill -0 "$server" 2>/dev/null; then
-        echo "docker/entry.sh: Xvfb did not start, so pictures will fail: $(tail -n 1 "$scratch/log")" >&2
-        break
-    fi
-    sleep 0.1
-done
-if [ -s "$scratch/display" ]; then
-    DISPLAY=":$(cat "$scratch/display")"
-    export DISPLAY
-fi
-"$@"
+# Not xvfb-run: it hangs as process 1 of a container and mixes stderr into stdout. The command takes this
+# shell's place, since a shell heeds no signal before its child has ended. The server is in a session of
+# its own, which no Ctrl-C reaches, with a guard that ends it within a second of the command's end.
+# shellcheck disable=SC2016  # the guard's shell expands it
+serve='
+    Xvfb -displayfd 1 -screen 0 1280x1024x24 -nolisten tcp -noreset &
+    exec >/dev/null 2>&1
+    while kill -0 "$1" && kill -0 "$!"; do sleep 1; done
+    kill "$!"; wait'
+# It says its number last, or why there is none; by a pipe, since there may be no folder to write to.
+said=$({ setsid sh -c "$serve" sh "$$" </dev/null 2>&1 & } |
+    timeout --foreground 10 sed -u '/^[0-9][0-9]*$/q' | tail -n 1)
+case $said in
+'' | *[!0-9]*) echo "docker/entry.sh: Xvfb did not start, so pictures will fail: $said" >&2 ;;
+*) export DISPLAY=":$said" ;;
+esac
+exec "$@"
