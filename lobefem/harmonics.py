@@ -7,11 +7,12 @@ import numpy.typing as npt
 
 from lobefem.balloon import Balloon
 from lobefem.measures import nodal_areas, straining_share
+from lobefem.schema import RIGID
 
 # isort: split
 from mpi4py import MPI
 
-__all__ = ["cylindrical", "kind_of", "label", "spectrum"]
+__all__ = ["RIGID", "cylindrical", "kind_of", "label", "spectrum"]
 
 Array = npt.NDArray[np.float64]
 
