@@ -19,7 +19,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 
 from lobefem.errors import EigenError
 
-__all__ = ["HERMITIAN", "Band", "asymmetry", "lowest", "most_negative"]
+__all__ = ["HERMITIAN", "Band", "asymmetry", "constrained", "lowest", "most_negative"]
 
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -70,8 +70,27 @@ def asymmetry(matrix: Any) -> float:
     return float(abs(matrix - matrix.conj().T).max() / largest) if largest else 0.0
 
 
+def constrained(solve: Callable[[Complex], Complex], c: Complex | None) -> Callable[[Complex], Complex]:
+    """What solves A x + c m = b, c^H x = 0 by what solves A x = b; itself without c.
+
+    Args:
+        solve: applies the inverse of A.
+        c: vector of the constraint (size,).
+    """
+    if c is None:
+        return solve
+    moved = solve(c)
+    along = np.vdot(c, moved)
+
+    def across(b: Complex) -> Complex:
+        x = solve(b)
+        return x - np.multiply.outer(moved, c.conj() @ x / along)
+
+    return across
+
+
 def lowest(
-    A: Any, B: Any, count: int, scale: float, hermitian: bool
+    A: Any, B: Any, count: int, scale: float, hermitian: bool, c: Complex | None = None
 ) -> tuple[Complex, Complex, Complex | None]:
     """The eigenvalues of A x = lambda B x with the lowest real parts, B positive definite.
 
@@ -84,6 +103,7 @@ def lowest(
         count: how many.
         scale: size of the first shift tried, of the lowest eigenvalues' order or less.
         hermitian: whether A is.
+        c: for the eigenpairs of A on the vectors with c^H x = 0 alone (size,).
 
     Returns:
         values (count,) ascending by real part, right vectors (size, count), and the left ones
@@ -94,7 +114,7 @@ def lowest(
     """
     A, B = sp.csr_matrix(A), sp.csr_matrix(B)
     size = A.shape[0]
-    count = min(count, size)
+    count = min(count, size - (c is not None))
     S = A if hermitian else (A + A.conj().T) / 2
     band = Band(abs(A) + abs(B))
     a, b = band.pack(S), band.pack(B)
@@ -108,13 +128,14 @@ def lowest(
     inverse: Any
     vectors: Any
     if hermitian:
-        values, vectors = _largest(B, band, solve, A - shift * B, count)
+        values, vectors = _largest(B, constrained(solve, c), A - shift * B, count, c)
         return (shift + 1 / values).astype(complex), vectors, None
     lu = splu((A - shift * B).tocsc())
+    right = constrained(lu.solve, c)
     if size < _DENSE or count > size - 3:
-        inverse, vectors = scipy.linalg.eig(lu.solve(B.toarray().astype(complex)))
+        inverse, vectors = scipy.linalg.eig(right(B.toarray().astype(complex)))
     else:
-        operator: Any = LinearOperator((size, size), lambda x: lu.solve(B @ x), dtype=complex)
+        operator: Any = LinearOperator((size, size), lambda x: right(B @ x), dtype=complex)
         inverse, vectors = _arpack(operator, count + 2, "LM")
     # the stiffest ones end in round-off of any sign
     found: Any = np.full(len(inverse), np.inf + 0j)
@@ -122,57 +143,66 @@ def lowest(
     found[certain] = shift + 1 / inverse[certain]
     first = np.argsort(found.real, kind="stable")[:count]
     left = vectors[:, first].astype(complex)
+    transposed = constrained(lambda b: lu.solve(b, trans="H"), c)
     for _ in range(3):
-        left = np.linalg.qr(lu.solve(B @ left, trans="H"))[0]
+        left = np.linalg.qr(transposed(B @ left))[0]
     return found[first], vectors[:, first].astype(complex), left
 
 
-def most_negative(A: Any, B: Any, solve: Callable[[Complex], Complex], count: int) -> tuple[Array, Complex]:
+def most_negative(
+    A: Any, B: Any, solve: Callable[[Complex], Complex], count: int, c: Complex | None = None
+) -> tuple[Array, Complex]:
     """The most negative eigenvalues of a Hermitian pencil A x = nu B x, with their vectors.
 
     Args:
         A: sparse Hermitian.
         B: sparse Hermitian, positive definite.
-        solve: applies the inverse of B.
+        solve: applies the inverse of B, under the constraint where there is one.
         count: how many.
+        c: for the eigenpairs on the vectors with c^H x = 0 alone (size,).
 
     Raises:
         EigenError: ARPACK did not converge.
     """
     size = A.shape[0]
-    count = min(count, size)
+    count = min(count, size - (c is not None))
     if size < _DENSE or count > size - 3:
-        return _dense(A, B, solve, 0, count)
+        return _dense(A, B, solve, 0, count, c)
     operator: Any = LinearOperator((size, size), lambda x: solve(A @ x), dtype=complex)
     try:
         found, vectors = _arpack(operator, count, "SR")
     except EigenError:  # values so close together that Lanczos tells them apart slowly
-        return _dense(A, B, solve, 0, count)
+        return _dense(A, B, solve, 0, count, c)
     first = np.argsort(found.real)[:count]
     return found.real[first], vectors[:, first]
 
 
 def _dense(
-    A: Any, B: Any, solve: Callable[[Complex], Complex], first: int, last: int
+    A: Any, B: Any, solve: Callable[[Complex], Complex], first: int, last: int, c: Complex | None
 ) -> tuple[Array, Complex]:
     """Eigenpairs `first` to `last` - 1, ascending, of a Hermitian pencil A x = nu B x, by LAPACK."""
+    basis: Any = np.eye(A.shape[0]) if c is None else scipy.linalg.null_space(c.conj()[None, :])
+    adjoint = basis.conj().T
     try:
-        values, vectors = scipy.linalg.eigh(A.toarray(), B.toarray(), subset_by_index=[first, last - 1])
+        values, vectors = scipy.linalg.eigh(
+            adjoint @ (A @ basis), adjoint @ (B @ basis), subset_by_index=[first, last - 1]
+        )
     except np.linalg.LinAlgError:
         # where B is singular but for round-off its Cholesky can find what the banded one does not
-        values, vectors = scipy.linalg.eig(solve(A.toarray().astype(complex)))
+        values, vectors = scipy.linalg.eig(adjoint @ solve((A @ basis).astype(complex)))
         order = np.argsort(values.real)[first:last]
         values, vectors = values.real[order], vectors[:, order]
-    return values, vectors.astype(complex)
+    return values, (basis @ vectors).astype(complex)
 
 
 def _largest(
-    B: Any, band: Band, solve: Callable[[Complex], Complex], shifted: Any, count: int
+    B: Any, solve: Callable[[Complex], Complex], shifted: Any, count: int, c: Complex | None
 ) -> tuple[Array, Complex]:
     """Largest nu, descending, of B x = nu (A - shift B) x, both positive definite."""
     size = B.shape[0]
     if size < _DENSE or count > size - 3:
-        values, vectors = _dense(B, shifted, solve, size - count, size)
+        end = size - (c is not None)
+        values, vectors = _dense(B, shifted, solve, end - count, end, c)
         return values[::-1], vectors[:, ::-1]
     operator: Any = LinearOperator((size, size), lambda x: solve(B @ x), dtype=complex)
     found, vectors = _arpack(operator, count + 2, "LM")

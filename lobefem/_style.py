@@ -9,7 +9,13 @@ __all__ = ["COLOURS", "LEDGER", "MM", "REGIONS", "STYLE", "UNITS"]
 MM = 1 / 25.4  # [inch]
 UNITS = {"unit": "Pa/m", "nodal": "N/m"}
 # Okabe and Ito's
-COLOURS = {"sway": "#0072B2", "twist": "#D55E00", "global": "#009E73", "local": "#B4588F"}
+COLOURS = {
+    "sway": "#0072B2",
+    "twist": "#D55E00",
+    "global": "#009E73",
+    "local": "#B4588F",
+    "rigid rotation": "#777777",
+}
 # of gas, constraint, strain, contact, damping and their sum
 LEDGER = ("#0072B2", "#009E73", "#D55E00", "#E69F00", "#B4588F", "black")
 REGIONS = {"slack": "#E69F00", "wrinkled": "#56B4E9", "taut": "#0072B2"}

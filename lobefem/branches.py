@@ -35,7 +35,7 @@ class Branch(Frozen):
     """One eigenvalue followed over the pressure; of those equal all along, such as a pair's, one.
 
     Attributes:
-        kind: "sway", "twist", "global" or "local", as of `Mode`; that of most of its modes.
+        kind: "sway", "twist", "global", "local" or "rigid rotation", as of `Mode`; that of most of its modes.
         harmonic: n, likewise.
         rank: 0 for the lowest branch of its kind and harmonic where it begins, and so on; those over
             less than half of the pressures come last.

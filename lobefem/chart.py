@@ -223,22 +223,63 @@ class HeldPencil:
         self.limit = pressure_limit(sector.balloon)
         self.hermitian = asymmetry(self.K_g) < HERMITIAN
         self._scale = 1e-3 / math.sqrt(sector.balloon.reference_area)  # Pa/m per Pa
+        self._rotation = sector.rotation(sector.balloon.map.create_vector(), self.M, harmonic)
+        # of the constraint that leaves the rotation out
+        self._c: Complex | None = None if self._rotation is None else self.M @ self._rotation
+        self._tilt = 3 * sector.num_slots  # the bottom plate's, where there is one
         if self.hermitian:
-            self.band = Band(abs(self.K_m) + abs(self.K_g))
-            self._bands = self.band.pack(self.K_m), self.band.pack(self.K_g)
+            rest = [self._rest(A) for A in (self.K_m, self.K_g)]
+            self.band = Band(abs(rest[0]) + abs(rest[1]))
+            self._bands = self.band.pack(rest[0]), self.band.pack(rest[1])
+
+    def _rest(self, A: Any) -> Any:
+        """A without the row and column of the tilt, where the balloon turns freely."""
+        if self._c is None:
+            return A
+        keep = np.delete(np.arange(A.shape[0]), self._tilt)
+        return A[keep][:, keep]
 
     def _solver(self, p: float) -> Callable[[Complex], Complex] | None:
-        return self.band.factor(self._bands[0] + p * self._bands[1])
+        """What solves with K_n(p); None where it is not positive definite.
+
+        Where the balloon turns freely K_n is all but singular, and what counts are the motions with
+        c^H x = 0. There K_n without the tilt's row is factorised, and tilt and constraint are a border of
+        two: with one of the border's Schur complement's eigenvalues negative, the constraint's own, K_n is
+        definite on those motions.
+        """
+        solve = self.band.factor(self._bands[0] + p * self._bands[1])
+        if self._c is None or solve is None:
+            return solve
+        t = self._tilt
+        column = (self.K_m[:, [t]] + p * self.K_g[:, [t]]).toarray().ravel()
+        border = np.stack([np.delete(column, t), np.delete(self._c, t)], axis=1)
+        corner = np.array([[column[t].real, self._c[t]], [self._c[t].conj(), 0.0]])
+        moved = solve(border)
+        schur = corner - border.conj().T @ moved
+        if np.linalg.det(schur).real >= 0:
+            return None
+
+        def constrained(b: Complex) -> Complex:
+            x = solve(np.delete(b, t, axis=0))
+            at_t = np.zeros((2, *b.shape[1:]), dtype=complex)
+            at_t[0] = b[t]
+            ends = np.linalg.solve(schur, at_t - border.conj().T @ x)
+            return np.insert(x - moved @ ends, t, ends[0], axis=0)
+
+        return constrained
 
     def _lowest(self, p: float) -> tuple[float, Complex]:
         """The lowest real part of lambda at a pressure, with its vector; of one not Hermitian."""
         K = self.K_m + p * self.K_g
-        values, vectors = self._own(lambda count: lowest(K, self.M, count, self._scale * p, False)[:2], 1)
+        values, vectors = self._own(
+            lambda count: lowest(K, self.M, count, self._scale * p, False, self._c)[:2], 1
+        )
         return float(values[0].real), vectors[:, 0]
 
     def _own(self, find: Callable[[int], tuple[Any, Any]], count: int) -> tuple[Any, Any]:
         """The first eigenpairs that are mostly of this harmonic (see `Sector.share`)."""
-        return own_pairs(self._sector, self._harmonic, find, count, self.K_m.shape[0])
+        size = self.K_m.shape[0] - (self._c is not None)
+        return own_pairs(self._sector, self._harmonic, find, count, size)
 
     def solve(self, count: int = 1, hint: float | None = None) -> OneHarmonic:
         """The lowest critical pressures; of a pencil that is not Hermitian the lowest one.
@@ -261,7 +302,7 @@ class HeldPencil:
         solve = self._solver(p0)
         assert solve is not None
         K_0 = self.K_m + p0 * self.K_g
-        values, vectors = self._own(lambda k: most_negative(self.K_g, K_0, solve, k), count)
+        values, vectors = self._own(lambda k: most_negative(self.K_g, K_0, solve, k, self._c), count)
         keep = values < -1 / (self.limit - p0)
         if not keep.any():
             # it lies beyond the limit, or is of another harmonic that the sector cannot tell apart
@@ -287,7 +328,10 @@ class HeldPencil:
         elastic = self.K_m @ x
         K_x, M_x = elastic + pressures[0] * (self.K_g @ x), self.M @ x
         value = 0.0 if self.hermitian else 1j * (np.vdot(x, K_x) / np.vdot(x, M_x)).imag
-        error = np.linalg.norm(K_x - value * M_x) / np.linalg.norm(elastic)
+        rest = K_x - value * M_x
+        if self._c is not None:
+            rest -= self._c * np.vdot(self._rotation, rest)
+        error = np.linalg.norm(rest) / np.linalg.norm(elastic)
         return OneHarmonic(pressures, x, float(error))
 
 

@@ -22,6 +22,7 @@ from lobefem.equilibrium import require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.pencil import held_pencil
 from lobefem.profiling import timed
+from lobefem.rotations import FreeRotations
 from lobefem.stability import Mode, check_request, make_mode
 
 # isort: split
@@ -135,16 +136,21 @@ def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> Cri
     divisions = balloon.surface.divisions
     symmetric = _petsc.asymmetry(K_g) < _petsc.SYMMETRIC
     limit = pressure_limit(balloon)
-    p0 = stable_below(_film_is_stable(K_m, K_g, 0 if symmetric else plates), limit)
+    rotations = FreeRotations(balloon, q, M)
+    A_m, A_g = rotations.bordered(K_m), rotations.bordered(K_g, constrained=False)
+    judged = (A_m, A_g, len(rotations)) if symmetric else (*_of_film(K_m, K_g, plates), 0)
+    p0 = stable_below(_is_stable(*judged), limit)
     if p0 in (0.0, math.inf):
         return CriticalPressure(p0, None, (), divisions)
-    K_0 = _combine(K_m, p0, K_g)
-    eps = solver(K_g, K_0, count, symmetric, PREFIX)
+    K_0 = _combine(A_m, p0, A_g)
+    # a constraint makes K(p0) indefinite, which leaves the values real
+    eps = solver(A_g, K_0, count, symmetric and not len(rotations), PREFIX)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
     eps.setTolerances(1e-10, 2000)
     _petsc.set_direct_solver(eps.getST().getKSP(), symmetric)
     eps.setFromOptions()
-    pairs = [p._replace(value=p0 - 1 / p.value) for p in distinct(run(eps, 1), M, 0.0) if p.value.real]
+    found = [p._replace(x=rotations.cut(p.x), y=rotations.cut(p.y)) for p in run(eps, 1)]
+    pairs = [p._replace(value=p0 - 1 / p.value) for p in distinct(found, M, 0.0) if p.value.real]
     eps.destroy()
     critical = sorted((p for p in pairs if p.value.real > 0 and abs(p.value.imag) < 1e-6 * p0), key=order)
     if not critical:
@@ -153,7 +159,8 @@ def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> Cri
         return CriticalPressure(math.inf, None, (), divisions)
     K_g.scale(-1.0)
     first = critical[0]
-    mode = replace(make_mode(balloon, q, first, residual(first, K_m, K_g)), value=0j)
+    error = residual(first, K_m, K_g, project=rotations.project)
+    mode = replace(make_mode(balloon, q, first, error), value=0j)
     pressures = tuple(pair.value.real for pair in critical[:count])
     return CriticalPressure(pressures[0], mode, pressures, divisions)
 
@@ -164,18 +171,23 @@ def _combine(K_m: Any, p: float, K_g: Any) -> Any:
     return K
 
 
-def _film_is_stable(K_m: Any, K_g: Any, plates: int) -> Callable[[float], bool]:
-    """Whether K(p) is positive definite, by inertia, its last rows of the plates left out."""
-    if plates:
-        start, end = K_m.getOwnershipRange()
-        end = min(end, K_m.getSize()[0] - plates)
-        film = PETSc.IS().createStride(max(end - start, 0), start, 1, comm=K_m.getComm())
-        K_m, K_g = K_m.createSubMatrix(film, film), K_g.createSubMatrix(film, film)
+def _of_film(K_m: Any, K_g: Any, plates: int) -> tuple[Any, Any]:
+    """Two matrices without their last rows and columns, of the plates. Collective."""
+    if not plates:
+        return K_m, K_g
+    start, end = K_m.getOwnershipRange()
+    end = min(end, K_m.getSize()[0] - plates)
+    film = PETSc.IS().createStride(max(end - start, 0), start, 1, comm=K_m.getComm())
+    return K_m.createSubMatrix(film, film), K_g.createSubMatrix(film, film)
+
+
+def _is_stable(K_m: Any, K_g: Any, borders: int) -> Callable[[float], bool]:
+    """Whether K(p) is positive definite under its constraint of so many rows, by inertia."""
 
     def stable(p: float) -> bool:
         K = _combine(K_m, p, K_g)
         negative = _petsc.num_negative(K)
         K.destroy()
-        return negative == 0
+        return negative == borders
 
     return stable

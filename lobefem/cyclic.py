@@ -34,6 +34,7 @@ from lobefem.errors import InputError
 from lobefem.harmonics import cylindrical
 from lobefem.measures import displacement_of
 from lobefem.plates import PlateLoad
+from lobefem.rotations import rotations_in_q
 from lobefem.surface import sector_of
 
 # isort: split
@@ -208,6 +209,24 @@ class Sector:
         real = form(q, z_re, x_re) + form(q, z_im, x_im)
         imag = form(q, z_re, x_im) - form(q, z_im, x_re)
         return self.order * complex(real, imag)
+
+    def rotation(self, q: Any, mass: Any, harmonic: int) -> Complex | None:
+        """The rigid rotation that the supports leave, in q_n; None without one.
+
+        The whole balloon's two make one complex wave of n = 1 and its conjugate.
+
+        Args:
+            q: a state of the sector.
+            mass: M_n, by which its length is 1.
+            harmonic: n.
+        """
+        turns = rotations_in_q(self.balloon, q) if harmonic == 1 else []
+        if not turns:
+            return None
+        J = self.jacobian(1)
+        weights = np.asarray(abs(J).power(2).sum(axis=0)).ravel()  # its columns are orthogonal
+        found: Complex = J.conj().T @ (turns[0].array_r + 1j * turns[1].array_r) / weights
+        return found / np.sqrt(np.vdot(found, mass @ found).real)
 
     def displacement(self, vector: Complex, harmonic: int) -> Complex:
         """The sector's nodal displacements (nodes, 3) of a vector q_n, in the reference shape."""

@@ -75,12 +75,12 @@ def run(eps: Any, count: int, seed: int = 1) -> list[Pair]:
     try:
         eps.solve()
     except (PETSc.Error, SystemError) as error:
-        raise EigenError(f"SLEPc failed ({error}); try another number of modes") from error
+        raise EigenError(f"SLEPc failed ({error}); try a finer mesh or another pressure") from error
     converged = eps.getConverged()
     if converged < count:
         raise EigenError(
             f"only {converged} of {count} eigenpairs converged (SLEPc's reason "
-            f"{eps.getConvergedReason()}); try fewer modes or another pressure",
+            f"{eps.getConvergedReason()}); try another mesh or pressure",
             converged=converged,
         )
     pairs = []
@@ -231,11 +231,13 @@ def refine(
     return refined
 
 
-def residual(pair: Pair, K: Any, B: Any, shift: float = 0.0) -> float:
+def residual(
+    pair: Pair, K: Any, B: Any, shift: float = 0.0, project: Callable[[Any], None] | None = None
+) -> float:
     """The relative residual ||K phi - lambda B phi||/||K phi||.
 
     With a shift the denominator is at least |lambda - shift| ||B phi||: a rigid motion has K phi = 0
-    but for round-off.
+    but for round-off. What a constraint bears is left out, by `project`.
     """
     Kx, Ky, Bx, By = (M.createVecLeft() for M in (K, K, B, B))
     K.mult(pair.x, Kx)
@@ -246,6 +248,9 @@ def residual(pair: Pair, K: Any, B: Any, shift: float = 0.0) -> float:
     if shift:
         size = max(size, abs(pair.value - shift) * math.hypot(Bx.norm(), By.norm()))
     _subtract((Kx, Ky), pair.value, (Bx, By))
+    if project is not None:
+        project(Kx)
+        project(Ky)
     return math.hypot(Kx.norm(), Ky.norm()) / size if size else 0.0
 
 

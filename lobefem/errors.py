@@ -43,9 +43,13 @@ class SolveError(LobefemError, RuntimeError):
     Args:
         message: what failed, with the figures that matter, and what to try.
         **data: the same figures for a program to read (kept in `data`).
+
+    Attributes:
+        state: the last equilibrium that was found before, or None.
     """
 
     exit_code = 3
+    state: Any = None
 
     def __init__(self, message: str, **data: Any) -> None:
         super().__init__(message)

@@ -7,11 +7,12 @@ import numpy.typing as npt
 
 from lobefem.balloon import Balloon
 from lobefem.measures import nodal_areas, straining_share
+from lobefem.schema import RIGID
 
 # isort: split
 from mpi4py import MPI
 
-__all__ = ["cylindrical", "dominant", "kind_of", "spectrum"]
+__all__ = ["RIGID", "cylindrical", "dominant", "kind_of", "spectrum"]
 
 Array = npt.NDArray[np.float64]
 _FEWEST = 3  # nodes of equal height, in the mean, that make a ring

@@ -78,7 +78,7 @@ class OneSidedModes:
     @property
     def bounds(self) -> tuple[float, float]:
         """Bounds of the least growth q[u]/u . B u over all motions [as the eigenvalues]."""
-        return float(self.wrinkled.values.real.min()), float(self.mean.values.real.min())
+        return self.wrinkled.lowest, self.mean.lowest
 
 
 @dataclass(frozen=True)

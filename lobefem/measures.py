@@ -11,6 +11,7 @@ import numpy.typing as npt
 from lobefem import _dolfinx, kinematics
 from lobefem._assembly import totals
 from lobefem.balloon import Balloon
+from lobefem.plates import PlateLoad
 
 # isort: split
 import ufl
@@ -149,8 +150,18 @@ def middle_nodes(balloon: Balloon) -> npt.NDArray[np.int64]:
 
 
 def free_to_turn(balloon: Balloon) -> bool:
-    """Whether nothing resists a tilt about the bottom plate's centre."""
-    return balloon.plates is not None and balloon.plates.support == "pinned"
+    """Whether nothing resists a tilt about the bottom plate's centre.
+
+    That is under a pinned support alone: a dead load on the top plate, held film or a guide has a say in it.
+    """
+    loads = [part for part in balloon.parts if isinstance(part, PlateLoad)]
+    return (
+        balloon.plates is not None
+        and balloon.plates.support == "pinned"
+        and balloon.guide is None
+        and not balloon.held
+        and not any(any(load.force) or any(load.moment) for load in loads)
+    )
 
 
 def owned_nodes(balloon: Balloon) -> tuple[Array, Array]:
@@ -188,7 +199,7 @@ def largest_of_state(balloon: Balloon, displacement: Array) -> float:
 
     No force sets that tilt: it is what round-off over a stiffness of zero makes it. Collective.
     """
-    if balloon.guide is not None or not free_to_turn(balloon):
+    if not free_to_turn(balloon):
         return largest(balloon, displacement)
     return distance_of(balloon, np.zeros_like(displacement), displacement)[0]
 

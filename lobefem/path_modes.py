@@ -14,7 +14,8 @@ from lobefem import _petsc
 from lobefem._snes import has_symmetric_stiffness
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
-from lobefem.measures import displacement_of, is_turn, num_turns, stiffness_scale
+from lobefem.measures import displacement_of, num_turns
+from lobefem.rotations import FreeRotations
 from lobefem.stability import Mode, Modes, find_modes
 
 # isort: split
@@ -26,16 +27,13 @@ Array = npt.NDArray[np.float64]
 
 # from linear prediction to a fold u ~ sqrt(p* - p) is a factor of 2; more is another equilibrium
 _JUMP = 4.0
-# share of p/sqrt(A) by which turns that the supports leave are kept apart from zero
-_TURNS = 1e-3
 
 
 def without_turns(state: Equilibrium, count: int) -> Modes:
-    """The lowest modes of a state but for the turns that its supports leave. Collective."""
+    """The lowest modes of a state but for the rotations that its supports leave. Collective."""
     balloon = state.balloon
     modes = find_modes(state, min(count + num_turns(balloon), balloon.map.size))
-    own = [m for m in modes.modes if not is_turn(balloon, state.displacement, m.displacement)]
-    return replace(modes, modes=tuple(own) or modes.modes)
+    return replace(modes, modes=tuple(m for m in modes.modes if not m.rigid))
 
 
 def _load_rate(state: Equilibrium, q: Any) -> Any:
@@ -97,18 +95,29 @@ def rayleigh(state: Equilibrium, displacement: Array) -> float:
 
 
 def jumped(before: Equilibrium, after: Equilibrium) -> bool:
-    """Whether a step went much further than the tangent K dq/dp = -dr/dp says. Collective."""
+    """Whether a step went much further than the tangent K dq/dp = -dr/dp says.
+
+    Rotations that the supports leave are no part of it. Collective.
+    """
     balloon = before.balloon
     q = before.activate()
+    B = balloon.mass(q)
+    rotations = FreeRotations(balloon, q, B)
+    B.destroy()
     rate = _load_rate(before, q)
     symmetric = has_symmetric_stiffness(balloon, q)
     K = balloon.tangent(q)
-    ksp = _factor(K, symmetric and _petsc.asymmetry(K) < _petsc.SYMMETRIC)
+    symmetric = symmetric and _petsc.asymmetry(K) < _petsc.SYMMETRIC
+    A = rotations.bordered(K)
+    ksp = _factor(A, symmetric)
     dq = q.duplicate()
-    ksp.solve(rate, dq)
+    rotations.through(ksp.solve, A)(rate, dq)
     ksp.destroy()
     predicted = _length(balloon, displacement_of(balloon, q, dq)) * abs(after.pressure - before.pressure)
-    return _length(balloon, after.displacement - before.displacement) > _JUMP * predicted
+    moved = after.displacement - before.displacement
+    weighted = _weighted(before, q, moved)
+    turned = math.hypot(*(t.dot(weighted) for t in rotations.vectors))
+    return math.sqrt(max(_length(balloon, moved) ** 2 - turned**2, 0.0)) > _JUMP * predicted
 
 
 def load_share(modes: Modes, mode: Mode) -> float:
@@ -117,12 +126,13 @@ def load_share(modes: Modes, mode: Mode) -> float:
     balloon = state.balloon
     q = state.activate()
     f = _load_rate(state, q)
-    K, B = balloon.tangent(q), balloon.mass(q)
-    if num_turns(balloon):  # as near zero as the mode, but not nearer
-        shift = _TURNS * stiffness_scale(balloon, state.pressure)
-        K.axpy(shift, B, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+    B = balloon.mass(q)
+    rotations = FreeRotations(balloon, q, B)  # as near zero as the mode, and none
+    K = rotations.bordered(balloon.tangent(q))
     ksp = _factor(K, modes.symmetric)
-    solve: Callable[[Any, Any], None] = ksp.solve if modes.symmetric else ksp.solveTranspose
+    solve: Callable[[Any, Any], None] = rotations.through(
+        ksp.solve if modes.symmetric else ksp.solveTranspose, K
+    )
     inverse = _factor(B, True)
     z, g = q.duplicate(), q.duplicate()
     inverse.solve(f, g)

@@ -11,10 +11,11 @@ from typing import Any
 from lobefem import cautions
 from lobefem.design import Design
 from lobefem.distortions import Distortion
-from lobefem.errors import InputError, SolveError
+from lobefem.errors import EigenError, InputError, SolveError
 from lobefem.frames import keep_frame
 from lobefem.perturbation import Perturbed, Point
 from lobefem.perturbation import perturb as impose
+from lobefem.schema import UNKNOWN
 from lobefem.stability import find_modes
 from lobefem.states import Keepable
 from lobefem.storage import RunFolder, Snapshot
@@ -88,25 +89,28 @@ def perturb(
             balloon, pressures[0], distortion, let_go=let_go, steps=steps, damping=damping,
             resume=resume, keep=keep, progress=progress,
         )  # fmt: skip
-        modes = found.released.modes if found.released is not None else None
-        if found.released is None and found.imposed is not None:
-            modes = find_modes(found.imposed, 2)
     except SolveError as error:
         outcome.error = error
-        last = getattr(error, "state", None)
+        last = error.state
         if last is not None:
             outcome.snapshots.append(Snapshot(last.balloon, last.pressure, last))
         results |= failure(error) | {"history": _points(error.data.get("points", ()), degrees)}
         return outcome
     results |= _perturbed(found, degrees)
     results["warnings"] += cautions.of_ledger(results["energy"]["error"])
+    if results["outcome"] == UNKNOWN:
+        results["warnings"].append(results["reason"])
     rest = None if found.released is None else found.released.state
     if folder is not None and rest is not None:
         last = len(found.history) - 1
         keep_frame(folder.path, last, rest, (*_ends([vars(p) for p in found.history]), last))
-    if modes is not None:
-        lowest = found.released.lowest if found.released is not None else float(modes.values.real.min())
-        results["min_eigenvalue"] = lowest
+    try:  # what judges the end takes nothing away from how it was reached
+        if found.released is not None:
+            results["min_eigenvalue"] = found.released.lowest
+        elif found.imposed is not None:
+            results["min_eigenvalue"] = find_modes(found.imposed, 2).lowest
+    except EigenError as error:
+        results["warnings"].append(f"the lowest eigenvalue at the end is not known: {error}")
     for state in (found.imposed, None if found.released is None else found.released.state):
         if state is not None:
             outcome.snapshots.append(Snapshot(state.balloon, state.pressure, state))

@@ -27,6 +27,7 @@ from lobefem.curves import curves
 from lobefem.errors import InputError
 from lobefem.frames import Frames, load_frames
 from lobefem.runs import Run, Step, load_run
+from lobefem.schema import UNKNOWN
 from lobefem.shapes import Panel, Scale, blank, paint, window
 
 __all__ = ["FORMATS", "WHATS", "Picture", "held", "picture", "save_picture"]
@@ -293,7 +294,8 @@ def _states(run: Run, number: int, pressure: float | None) -> list[tuple[str, St
     if results["command"] != "perturb" or pressure is not None:
         return [("", run.steps[number])]
     # of a run that was stopped and went on in the release, the distorted state is not there
-    released = bool(results["release"]) and results.get("min_eigenvalue") is not None
+    at_rest = results.get("min_eigenvalue") is not None or results.get("outcome") == UNKNOWN
+    released = bool(results["release"]) and at_rest
     names = ["distorted", *(["released"] if released else [])]
     return list(zip(names[-len(run.steps) :], run.steps, strict=True))
 

@@ -18,17 +18,18 @@ from lobefem._glance import Glance, Glanceable, number
 from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, inflate
-from lobefem.errors import ConvergenceError, InputError
+from lobefem.errors import ConvergenceError, EigenError, InputError
 from lobefem.films import require_energy
 from lobefem.flow import Flow, Ledger, Record, damping_scale
 from lobefem.log import logger
-from lobefem.measures import distance_of, is_turn, largest, num_turns
+from lobefem.measures import distance_of, largest, num_turns
+from lobefem.schema import UNKNOWN
 from lobefem.stability import NEUTRAL, Modes, find_modes
 
 # isort: split
 from dolfinx import fem
 
-__all__ = ["DISTORTED", "NO_EQUILIBRIUM", "RETURNED", "Moment", "Released", "release"]
+__all__ = ["DISTORTED", "NO_EQUILIBRIUM", "RETURNED", "UNKNOWN", "Moment", "Released", "release"]
 
 Array = npt.NDArray[np.float64]
 RETURNED = "returned"
@@ -86,12 +87,13 @@ class Released(Glanceable):
 
     Attributes:
         outcome: "returned" (stable, the undistorted shape up to a rigid motion that the supports
-            allow), "distorted and stable", or "not an equilibrium" (none found without damping,
-            another than the one the damped motion ended at, or an unstable one).
+            allow), "distorted and stable", "not an equilibrium" (none found without damping, another than
+            the one the damped motion ended at, or an unstable one), or "at rest, stability unknown" (the
+            eigensolver failed).
         reason: the evidence in one sentence.
         state: the equilibrium found without damping, None without one.
-        modes: its lowest modes.
-        lowest: lowest real part of an eigenvalue, rigid motions left out [Pa/m].
+        modes: its lowest modes, None where they could not be computed.
+        lowest: lowest real part of an eigenvalue, rigid rotations left out [Pa/m].
         distance: largest distance of a node from the undistorted shape, after the best rigid motion [m].
         rotation: of that rigid motion [rad].
         moved: largest displacement of a node between the damped motion's end and `state` [m].
@@ -176,7 +178,6 @@ def release(
     Raises:
         InputError: a number out of its range, a start without pressure, or a run to go on with whose
             forces fade.
-        EigenError: the modes could not be computed.
 
     Collective.
     """
@@ -226,10 +227,11 @@ def release(
     if state is not None:
         moved = largest(balloon, state.displacement - last.displacement)
         say("release: lowest eigenvalues")
-        modes = find_modes(state, count + num_turns(balloon))
-        u = state.displacement
-        own = [m.value.real for m in modes.modes if not is_turn(balloon, u, m.displacement)]
-        lowest = min(own, default=math.inf)
+        try:
+            modes = find_modes(state, count + num_turns(balloon))
+            lowest = modes.lowest
+        except EigenError as error:
+            why = str(error)
     outcome, reason = _judge(end, records[-1], why, lowest, distance, rotation, moved, size, start.pressure)
     logger.info("release: %s (%s)", outcome, reason)
     return Released(
@@ -293,13 +295,15 @@ def _judge(
 ) -> tuple[str, str]:
     """The outcome and its evidence in a sentence."""
     motion = f"the damped motion ended ({end}) with |r| = {last.relative_residual:.1e} of the load"
-    if lowest is None:
+    if math.isnan(moved):
         return NO_EQUILIBRIUM, f"{motion}, and without damping Newton's method found no equilibrium: {why}"
     if moved > 10 * _SAME * size:
         return (
             NO_EQUILIBRIUM,
             f"{motion}; without damping the balloon is at rest only {moved:.2g} m from there",
         )
+    if lowest is None:
+        return UNKNOWN, f"at rest without damping, but the lowest eigenvalue is not known: {why}"
     if lowest <= NEUTRAL * abs(pressure) / size:
         return (
             NO_EQUILIBRIUM,

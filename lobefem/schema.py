@@ -8,9 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-__all__ = ["COMMANDS", "COMMON", "UNDECIDED", "described", "flat", "markdown"]
+__all__ = ["COMMANDS", "COMMON", "RIGID", "UNDECIDED", "UNKNOWN", "described", "flat", "markdown"]
 
 UNDECIDED = "undecided"  # the verdict where tension-field film's bounds lie on both sides of zero
+RIGID = "rigid rotation"  # the kind of a mode that is one, of the whole balloon, which supports leave free
+# the outcome of a release that ends in balance, but whose lowest eigenvalue could not be computed
+UNKNOWN = "at rest, stability unknown"
 
 Entry = tuple[str, str]  # unit, "" where there is none; meaning
 
@@ -42,10 +45,10 @@ def _modes(at: str, what: str) -> dict[str, Entry]:
     return {
         f"{at}[].real": ("Pa/m", f"real part of the eigenvalue, {what}; in N/m with nodal mass"),
         f"{at}[].imag": ("Pa/m", "imaginary part; in N/m with nodal mass"),
-        f"{at}[].residual": ("", "|K phi - lambda B phi| over |K phi|"),
+        f"{at}[].residual": ("", "|K phi - lambda B phi| over |K phi|; 0 for a rigid rotation"),
         f"{at}[].harmonic": ("", "strongest circumferential harmonic n of the mode"),
         f"{at}[].harmonics": ("", "all with a tenth of the mode or more, strongest first"),
-        f"{at}[].kind": ("", "sway, twist, global or local"),
+        f"{at}[].kind": ("", "sway, twist, global or local, or rigid rotation, which costs nothing"),
     }
 
 
@@ -87,14 +90,17 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "mass": ("", "unit or nodal"),
         "pressures[].pressure": ("Pa", "gas pressure; one record for each, in the order given"),
         **_modes("pressures[].modes", "lowest first"),
-        "pressures[].stable": ("", "whether all real parts are positive"),
+        "pressures[].stable": ("", "whether all real parts are positive, those of rigid rotations left out"),
         "pressures[].verdict": (
             "",
             "stable, unstable, or undecided where tension-field film's bounds lie on both sides of zero",
         ),
         "pressures[].symmetric": ("", "whether the tangent is"),
         "pressures[].asymmetry": ("", "max|K - K^T| over max|K|"),
-        "pressures[].num_negative": ("", "negative eigenvalues in the whole spectrum; null if not symmetric"),
+        "pressures[].num_negative": (
+            "",
+            "negative eigenvalues in the whole spectrum, rigid rotations left out; null if not symmetric",
+        ),
         "pressures[].state_residual": ("", "of the state, over the norm of the pressure's nodal forces"),
         "pressures[].volume": ("m^3", "enclosed by film and plates"),
         "pressures[].bounds": (
@@ -164,8 +170,11 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "volume_final": ("m^3", "at rest"),
         "imposed_ratio": ("", "volume_imposed over volume_original"),
         "reaction": ("reaction_unit", "that holds the distortion at the end of the ramp"),
-        "outcome": ("", "returned, distorted and stable, not an equilibrium; or under the constraint"),
-        "min_eigenvalue": ("Pa/m", "lowest real part at the end, rigid motions left out"),
+        "outcome": (
+            "",
+            f"returned, distorted and stable, {UNKNOWN}, not an equilibrium; or under the constraint",
+        ),
+        "min_eigenvalue": ("Pa/m", "lowest real part at the end, rigid rotations left out; null if unknown"),
         "residual": ("", "at the end, over the norm of the pressure's nodal forces"),
         "first_contact": (
             "unit",

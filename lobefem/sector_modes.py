@@ -58,7 +58,7 @@ def modes_of_harmonics(
         comm: the ranks.
 
     Returns:
-        the modes in ascending order of their real parts.
+        the modes in ascending order of their real parts, and the rigid rotation that supports leave.
 
     Raises:
         EigenError: a harmonic's problem did not converge.
@@ -70,7 +70,7 @@ def modes_of_harmonics(
 
     def solve() -> list[tuple[float, int]]:
         found.extend(
-            _Raw.solve(sector, K, M, revealing, n, count, scale)
+            _Raw.solve(sector, q, K, M, revealing, n, count, scale)
             for n in list(harmonics)[comm.rank :: comm.size]
         )
         return [(v, one.copies) for one in found for v in one.values.real]
@@ -80,6 +80,7 @@ def modes_of_harmonics(
     last = everything[min(count, len(everything)) - 1]
     last += 1e-6 * abs(last - everything[0])
     own = [one.mode(sector, q, int(k)) for one in found for k in np.flatnonzero(one.values.real <= last)]
+    own += [one.turn(sector, q) for one in found if one.rotation is not None]
     modes = [mode for part in comm.allgather(own) for mode in part]
     return sorted(modes, key=lambda m: (m.value.real, m.harmonic))
 
@@ -97,17 +98,29 @@ class _Raw(Frozen):
     left: Complex | None
     asymmetry: float
     hermitian: bool
+    rotation: Complex | None  # of unit mass, where the supports leave one
 
     @classmethod
-    def solve(cls, sector: Sector, K: Any, M: Any, revealing: Any, n: int, count: int, scale: float) -> _Raw:
+    def solve(
+        cls, sector: Sector, q: Any, K: Any, M: Any, revealing: Any, n: int, count: int, scale: float
+    ) -> _Raw:
         K_n, M_n = sector.reduce(K, n), sector.reduce(M, n)
+        rotation = sector.rotation(q, M_n, n)
+        c = None if rotation is None else M_n @ rotation
         skew = asymmetry(K_n)
         hermitian = skew < HERMITIAN
         if hermitian and revealing is not None:
             hermitian = asymmetry(sector.reduce(revealing, n)) < HERMITIAN
-        found = own_pairs(sector, n, lambda k: lowest(K_n, M_n, k, scale, hermitian), count, K_n.shape[0])
+        size = K_n.shape[0] - (c is not None)
+        found = own_pairs(sector, n, lambda k: lowest(K_n, M_n, k, scale, hermitian, c), count, size)
         values, right, left = found
-        return cls(n, sector.copies(n), K_n, M_n, values, right, left, skew, hermitian)
+        return cls(n, sector.copies(n), K_n, M_n, values, right, left, skew, hermitian, rotation)
+
+    def turn(self, sector: Sector, q: Any) -> SectorMode:
+        """The rigid rotation; what its value shows is the error of an equilibrium that is none."""
+        assert self.rotation is not None
+        value = complex(sector.curvature(q, self.rotation, self.rotation, self.harmonic).real)
+        return SectorMode(self.harmonic, value, self.rotation, 0.0, self.asymmetry, self.hermitian)
 
     def mode(self, sector: Sector, q: Any, k: int) -> SectorMode:
         x = self.right[:, k] / np.sqrt(np.vdot(self.right[:, k], self.M @ self.right[:, k]).real)
@@ -118,7 +131,10 @@ class _Raw(Frozen):
         value = sector.curvature(q, z, x, self.harmonic) / complex(np.vdot(z, M_x))
         if self.left is None:
             value = complex(value.real)
-        error = np.linalg.norm(K_x - value * M_x) / max(float(np.linalg.norm(K_x)), 1e-300)
+        rest = K_x - value * M_x
+        if self.rotation is not None:
+            rest -= self.M @ self.rotation * np.vdot(self.rotation, rest)
+        error = np.linalg.norm(rest) / max(float(np.linalg.norm(K_x)), 1e-300)
         return SectorMode(self.harmonic, value, x, float(error), self.asymmetry, self.hermitian)
 
 

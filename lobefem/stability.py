@@ -9,7 +9,7 @@ real part.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,22 +25,25 @@ from lobefem.eigenpairs import Pair, distinct, order, refine, residual, run, sol
 from lobefem.equilibrium import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.films import require_one_tangent
-from lobefem.harmonics import dominant, kind_of, spectrum
+from lobefem.harmonics import RIGID, dominant, kind_of, spectrum
+from lobefem.inertia import as_many, num_below, num_proved, shift_below, vary
 from lobefem.log import logger
-from lobefem.measures import displacement_of, free_to_turn, largest, stiffness_scale
+from lobefem.measures import displacement_of, free_to_turn, is_turn, largest, stiffness_scale
 from lobefem.profiling import timed
+from lobefem.rotations import FreeRotations
 
 # isort: split
-from petsc4py import PETSc
 from slepc4py import SLEPc
 
 __all__ = ["MASSES", "NEUTRAL", "Mode", "Modes", "check_request", "find_modes", "make_mode"]
 
 Array = npt.NDArray[np.float64]
-_SEEDS = (1, 2, 3)  # of the eigensolver's random starts
+# runs of the eigensolver from random starts: where nothing proves that no copy is missing; at most, where
+# something does; and those in a row that bring nothing new, after which it is given up
+_USUAL, _MOST, _IDLE = 3, 40, 3
 MASSES = ("unit", "nodal")
 PREFIX = "lobefem_modes_"
-# eigenvalues below this share of p/sqrt(A) are no sign of instability where a support leaves turns
+# eigenvalues below this share of p/sqrt(A) are round-off
 NEUTRAL = 1e-6
 
 
@@ -50,10 +53,10 @@ class Mode(Frozen):
 
     Attributes:
         value: eigenvalue lambda [Pa/m with unit mass, N/m with nodal mass].
-        residual: ||K phi - lambda B phi||/||K phi||.
+        residual: ||K phi - lambda B phi||/||K phi||; 0 for a rigid rotation, whose vector is known.
         harmonic: circumferential harmonic n, the one that was solved for or else the dominant one.
         harmonics: that and all others with at least a tenth of the mode, strongest first.
-        kind: "sway", "twist", "global" or "local" (see `lobefem.harmonics.kind_of`).
+        kind: "sway", "twist", "global" or "local" (see `lobefem.harmonics.kind_of`), or "rigid rotation".
         displacement: this rank's nodal displacements of phi, ghosts included, (nodes, 3), real part,
             largest nodal displacement 1.
         displacement_imag: imaginary part on the same scale; zero for a real eigenvalue.
@@ -67,6 +70,11 @@ class Mode(Frozen):
     displacement: Array = field(repr=False)
     displacement_imag: Array = field(repr=False)
 
+    @property
+    def rigid(self) -> bool:
+        """Whether the mode is a rigid rotation that the supports leave free."""
+        return self.kind == RIGID
+
 
 @dataclass(frozen=True, repr=False)
 class Modes(Glanceable):
@@ -77,9 +85,12 @@ class Modes(Glanceable):
         mass: "unit" or "nodal".
         symmetric: whether the tangent was found symmetric, and the Hermitian solver used.
         asymmetry: max|K - K^T|/max|K|.
-        num_negative: eigenvalues below zero in the whole spectrum by the inertia of K, None where K
-            is not symmetric or single harmonics were looked at.
-        modes: the pairs.
+        num_negative: eigenvalues below zero in the whole spectrum by the inertia of K, those of rigid
+            rotations left out; None where K is not symmetric or single harmonics were looked at.
+        modes: the pairs. Among them, where supports leave some, are rigid rotations of the whole balloon.
+            Nothing resists these, in equilibrium their values are 0; in the held ideal geometry, which
+            balances up to discretisation, phi.K phi/phi.B phi shows the error. All other modes are those
+            of K on the motions that are orthogonal to them by mass.
     """
 
     state: Equilibrium = field(repr=False)
@@ -96,11 +107,13 @@ class Modes(Glanceable):
 
     @property
     def stable(self) -> bool:
-        """Whether all eigenvalues have a positive real part.
+        """Whether all eigenvalues but those of rigid rotations have a positive real part."""
+        return self.lowest > 0
 
-        Those of the turns that a pinned support leaves are zero but for round-off of either sign.
-        """
-        return bool(self.values.real.min() > -_neutral(self.state, self.mass))
+    @property
+    def lowest(self) -> float:
+        """The lowest real part of an eigenvalue, those of rigid rotations left out."""
+        return min((m.value.real for m in self.modes if not m.rigid), default=math.inf)
 
     def to_pyvista(self, index: int = 0) -> Any:
         """The film with one mode as a PyVista grid on rank 0, None elsewhere. Collective.
@@ -188,14 +201,17 @@ def find_modes(
     if harmonics is not None:
         return _of_harmonics(state, count, mass, asked)
     q = state.activate()
-    K, B = balloon.tangent(q), balloon.mass(q, mass)
+    B = balloon.mass(q, mass)
+    rotations = FreeRotations(balloon, q, B)
+    K = balloon.tangent(q)
     skew = _petsc.asymmetry(K)
     symmetric = skew < _petsc.SYMMETRIC
     if symmetric and balloon.load.convention == "film":
         symmetric = has_symmetric_stiffness(balloon, q)
         K = balloon.tangent(q)  # where other values were
-    wanted = min(count + 2, K.getSize()[0])
-    eps = solver(K, B, wanted, symmetric, PREFIX)
+    wanted = min(count + 2, balloon.map.size - len(rotations))
+    A, M = rotations.bordered(K), rotations.bordered(B, constrained=False)
+    eps = solver(A, M, wanted, symmetric, PREFIX)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     eps.setPurify(False)  # `run` does it anyway
     eps.setTolerances(tolerance, 500)
@@ -203,44 +219,63 @@ def find_modes(
     st.setType(SLEPc.ST.Type.SINVERT)
     _petsc.set_direct_solver(st.getKSP(), symmetric, inertia=symmetric)
     eps.setFromOptions()
-    shift = _shift_below(balloon, eps, K, B, symmetric)
+    shift = shift_below(_scale(balloon), eps, K, B, symmetric, len(rotations))
 
     def curvature(v: Any, u: Any) -> float:
         return balloon.second_variation(q, v, u)
 
-    transposed = None if symmetric else st.getKSP().solveTranspose
+    transposed = None if symmetric else rotations.through(st.getKSP().solveTranspose, A)
     cyclic = 0 if symmetric else _cyclic_order(state)
     pairs: list[Pair] = []
-    for seed in _SEEDS:
-        st.setShift(shift)
-        new = run(eps, wanted, seed)
+    idle = 0
+    for seed in range(1, _MOST + 1):
+        vary(eps, shift, pairs, wanted, idle)
+        new = [p._replace(x=rotations.cut(p.x), y=rotations.cut(p.y)) for p in run(eps, wanted, seed)]
+        known = len(pairs)
         if pairs:  # values as good as those that they are compared with
             new = refine(distinct(new, B, shift), B, curvature, transposed, shift)
         pairs = refine(distinct([*pairs, *new], B, shift), B, curvature, transposed, shift)
         found = with_conjugates(pairs)
+        least = min(count, len(found))
         # a complex pair that straddles the end is kept whole
-        chosen = found[: count + (found[count - 1].value.imag > 0)]
-        modes = tuple(make_mode(balloon, q, p, residual(p, K, B, shift)) for p in chosen)
-        proved = _proved(eps, found, count, shift) if symmetric else None
+        chosen = found[: least + (found[least - 1].value.imag > 0)]
+        modes = [make_mode(balloon, q, p, residual(p, K, B, shift, rotations.project)) for p in chosen]
+        proved = num_proved(eps, found, least, shift, len(rotations)) if symmetric else None
         if symmetric:
             complete = proved is not None
         elif cyclic:
             complete = _paired(cyclic, found, modes, shift)
         else:  # what the symmetric part tells is a sign, no proof
-            complete = seed == _SEEDS[-1] or _as_many(K, B, found, count, shift)
+            complete = seed == _USUAL or as_many(A, M, found, least, shift, len(rotations))
         if complete:
             break
-    else:
-        raise EigenError(f"SLEPc missed copies of the lowest {count} modes; try another count")
+        idle = 0 if len(pairs) > known else idle + 1
+        if idle == _IDLE or seed == _MOST:
+            raise EigenError(
+                f"SLEPc missed copies of the lowest {count} modes in {seed} runs; a larger search space may "
+                "have them: --petsc '-lobefem_modes_eps_ncv 200'"
+            )
     negative = None
     if symmetric:  # where not all of them are below what was proved, they are counted
         negative = sum(pair.value.real < 0 for pair in found[:proved])
         if not proved or negative == proved:
-            negative = _num_below(eps, 0.0)
+            negative = num_below(eps, 0.0, len(rotations))
     eps.destroy()
+    turns = [make_mode(balloon, q, p, 0.0) for p in rotations.pairs(curvature)]
     B.destroy()
     logger.info("modes at %g Pa: lowest %s", state.pressure, modes[0].value)
-    return Modes(state, mass, symmetric, skew, negative, modes)
+    return Modes(state, mass, symmetric, skew, negative, _with_rotations(modes, turns, count))
+
+
+def _with_rotations(own: Sequence[Mode], turns: Sequence[Mode], count: int) -> tuple[Mode, ...]:
+    """The lowest modes and the free rotations in order: `count` of them, with one at least that is none.
+
+    A complex pair that straddles the end is kept whole.
+    """
+    modes = sorted([*own, *turns], key=lambda m: m.value.real)
+    first = next(k for k, mode in enumerate(modes) if not mode.rigid)
+    end = max(count, first + 1)
+    return tuple(modes[: end + (len(modes) > end and modes[end - 1].value.imag > 0)])
 
 
 def _is_held(state: Equilibrium) -> bool:
@@ -256,60 +291,6 @@ def check_request(balloon: Balloon, count: int, mass: str = "unit") -> None:
         raise InputError(f"mass '{mass}' is unknown; use 'unit' or 'nodal'")
     if count < 1 or count > balloon.map.size:
         raise InputError(f"count = {count} modes: choose between 1 and {balloon.map.size}")
-
-
-def _symmetric_part(K: Any, symmetric: bool) -> Any:
-    if symmetric:
-        return K
-    transposed = K.transpose(PETSc.Mat())
-    transposed.axpy(1.0, K)
-    transposed.scale(0.5)
-    return transposed
-
-
-def _shift_below(balloon: Balloon, eps: Any, K: Any, B: Any, symmetric: bool) -> float:
-    """A shift below every eigenvalue's real part, by inertia of K's symmetric part; `eps` has it then.
-
-    Where K is symmetric the factorisation that proves it is the one that the solver inverts with.
-    """
-    shift = -_scale(balloon)
-    S = _symmetric_part(K, symmetric)
-    while True:
-        eps.setTarget(shift)
-        if symmetric:
-            below = _num_below(eps, shift)
-        else:
-            shifted = S.copy()
-            shifted.axpy(-shift, B)
-            below = _petsc.num_negative(shifted)
-            shifted.destroy()
-        if not below or shift <= -1e15:
-            break
-        shift *= 8
-    if S is not K:
-        S.destroy()
-    return shift
-
-
-def _num_below(eps: Any, value: float) -> int:
-    """Number of eigenvalues below a value, by the inertia of a solver's own factorisation there. Collective.
-
-    Where the user has chosen an iterative solver, a factorisation of its own tells.
-    """
-    st = eps.getST()
-    if st.getKSP().getPC().getType() != PETSc.PC.Type.CHOLESKY:
-        K, B = eps.getOperators()
-        shifted = K.copy()
-        shifted.axpy(-value, B)
-        below = _petsc.num_negative(shifted)
-        shifted.destroy()
-        return below
-    st.setShift(value)
-    eps.setUp()  # which gives it its matrices, the first time
-    st.setUp()
-    ksp = st.getKSP()
-    ksp.setUp()
-    return int(ksp.getPC().getFactorMatrix().getInertia()[0])
 
 
 def _scale(balloon: Balloon) -> float:
@@ -358,25 +339,14 @@ def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[in
         else:  # real: the wave's cosine and its sine
             pairs = [Pair(complex(one.value.real), v, zero) for v in (x, y)]
         modes += [make_mode(balloon, q, pair, one.residual, one.harmonic) for pair in pairs]
-    end = count + (len(modes) > count and modes[count - 1].value.imag > 0)
     skew = max(one.asymmetry for one in found)
-    return Modes(state, mass, all(one.hermitian for one in found), skew, None, tuple(modes[:end]))
+    turns = [mode for mode in modes if mode.rigid]
+    modes = [mode for mode in modes if not mode.rigid]
+    together = _with_rotations(modes, turns, count)
+    return Modes(state, mass, all(one.hermitian for one in found), skew, None, together)
 
 
-def _proved(eps: Any, pairs: list[Pair], count: int, shift: float) -> int | None:
-    """How many of the lowest pairs are all that there are below a gap past the wanted ones, by inertia.
-
-    None where copies are missing, 0 where no gap is among the pairs. The solver's shift stays as it was.
-    """
-    values = [pair.value.real for pair in pairs]
-    for k in range(count, len(values)):
-        if values[k] - values[k - 1] > 1e-6 * abs(values[k] - shift):
-            below = _num_below(eps, (values[k] + values[k - 1]) / 2)
-            return k if below == k else None
-    return 0
-
-
-def _paired(cyclic_order: int, pairs: list[Pair], modes: tuple[Mode, ...], shift: float) -> bool:
+def _paired(cyclic_order: int, pairs: list[Pair], modes: Sequence[Mode], shift: float) -> bool:
     """Whether each real mode of a harmonic 0 < n < N/2 of a cyclic shape has its partner."""
     for mode in modes[:-1]:
         if mode.value.imag or not mode.harmonic % cyclic_order:
@@ -384,23 +354,6 @@ def _paired(cyclic_order: int, pairs: list[Pair], modes: tuple[Mode, ...], shift
         near = [p for p in pairs if abs(p.value - mode.value) <= 1e-6 * abs(mode.value - shift)]
         if len(near) < 2 and 2 * mode.harmonic % cyclic_order:
             return False
-    return True
-
-
-def _as_many(K: Any, B: Any, pairs: list[Pair], count: int, shift: float) -> bool:
-    """Whether as many pairs were found below a gap as K's symmetric part has there, or more.
-
-    Its eigenvalues are close to K's, whose skew part is that of the plates' load alone. A state that kept
-    no symmetry, turned as a whole say, may have double values all the same.
-    """
-    values = [pair.value.real for pair in pairs]
-    for k in range(count, len(values)):
-        if values[k] - values[k - 1] > 1e-3 * abs(values[k] - shift):
-            S = _symmetric_part(K, False)
-            S.axpy(-(values[k] + values[k - 1]) / 2, B)
-            below = _petsc.num_negative(S)
-            S.destroy()
-            return below <= k
     return True
 
 
@@ -418,6 +371,15 @@ def _cyclic_order(state: Equilibrium) -> int:
     power[::order_of_symmetry] = 0.0
     broken = math.sqrt(power.sum()) * largest(state.balloon, places)
     return order_of_symmetry if broken <= 1e-9 * math.sqrt(state.balloon.reference_area) else 0
+
+
+def _turns(balloon: Balloon, q: Any, real: Array, imag: Array) -> bool:
+    """Whether nodal displacements are those of a rigid rotation that the supports leave. Collective."""
+    if not free_to_turn(balloon):
+        return False
+    balloon.place(q)
+    displacement = balloon.u.x.array.reshape(-1, 3)
+    return all(is_turn(balloon, displacement, part) for part in (real, imag) if largest(balloon, part))
 
 
 def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float, harmonic: int | None = None) -> Mode:
@@ -442,16 +404,7 @@ def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float, harmonic: int 
         residual=error,
         harmonic=n,
         harmonics=(n, *(k for k in strongest if k != n and power[k] >= 0.1)),
-        kind=kind_of(balloon, real + 1j * imag, n),
+        kind=RIGID if _turns(balloon, q, real, imag) else kind_of(balloon, real + 1j * imag, n),
         displacement=real,
         displacement_imag=imag,
     )
-
-
-def _neutral(state: Equilibrium, mass: str) -> float:
-    """What eigenvalues of the turns that a pinned support leaves may be off zero; 0 without them."""
-    balloon = state.balloon
-    if not free_to_turn(balloon):
-        return 0.0
-    scale = balloon.reference_area / balloon.V.dofmap.index_map.size_global if mass == "nodal" else 1.0
-    return NEUTRAL * scale * stiffness_scale(balloon, state.pressure)

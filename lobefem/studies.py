@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
@@ -142,7 +143,7 @@ def _along_path(
     except SolveError as error:
         outcome.error = error
         results |= {"critical_pressure": None} | failure(error)
-        last = getattr(error, "state", None)
+        last = error.state
         if last is not None:
             outcome.snapshots.append(Snapshot(balloon, last.pressure, last))
         return
@@ -219,17 +220,14 @@ def harmonics(
             )
     except SolveError as error:
         outcome.error = error
-        results |= {"critical_pressure": None, "chart": []} | failure(error)
+        rows = [(n, *row) for n, row in sorted(known[0].items())]  # those that were found stay
+        results |= {"critical_pressure": None, "chart": _rows(rows)} | failure(error)
         return outcome
-    rows = zip(chart.harmonics, chart.pressures, chart.kinds, chart.residuals, strict=True)
     results |= {
         "critical_pressure": _number(chart.pressure),
         "harmonic": chart.lowest,
         "divisions": chart.divisions,
-        "chart": [
-            {"harmonic": n, "critical_pressure": p, "kind": kind, "residual": residual}
-            for n, p, kind, residual in rows
-        ],
+        "chart": _rows(zip(chart.harmonics, chart.pressures, chart.kinds, chart.residuals, strict=True)),
     }
     if upper is not None:
         for row, pressure in zip(results["chart"], upper.pressures, strict=True):
@@ -237,6 +235,12 @@ def harmonics(
         results["bounds"] = [_number(chart.pressure), _number(upper.pressure)]
     outcome.figures["critical_pressures.png"] = lambda: _chart_figure(chart)
     return outcome
+
+
+def _rows(rows: Iterable[tuple[int, float, str, float]]) -> list[dict[str, Any]]:
+    """A chart's rows as plain data."""
+    keys = ("harmonic", "critical_pressure", "kind", "residual")
+    return [dict(zip(keys, row, strict=True)) for row in rows]
 
 
 def _kept_row(row: Row) -> list[Any]:
@@ -322,13 +326,10 @@ def mesh_study(
         )
     except SolveError as error:
         outcome.error = error
-        results |= failure(error)
+        results |= {"meshes": _meshes(map(_kept_chart, known))} | failure(error)
         return outcome
     results |= {
-        "meshes": [
-            {"divisions": c.divisions, "critical_pressure": c.pressure, "harmonic": c.lowest}
-            for c in study.charts
-        ],
+        "meshes": _meshes(study.charts),
         "lowest": vars(study.lowest),
         "low_harmonics": {n: vars(one) for n, one in study.low.items()},
         "continuum_of_one_lobe": [vars(one) for one in study.continuum],
@@ -338,6 +339,10 @@ def mesh_study(
     }
     outcome.figures["mesh_study.png"] = lambda: _study_figure(study)
     return outcome
+
+
+def _meshes(charts: Iterable[HarmonicChart]) -> list[dict[str, Any]]:
+    return [{"divisions": c.divisions, "critical_pressure": c.pressure, "harmonic": c.lowest} for c in charts]
 
 
 def _number(p: float) -> float | None:

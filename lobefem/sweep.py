@@ -40,7 +40,8 @@ def branches(
 ) -> list[Branch]:
     """The lowest branches of each harmonic, for the held isotensoid with its stress proportional to p.
 
-    Each rank solves the same small problems of one sector.
+    Each rank solves the same small problems of one sector; rigid rotations that the supports leave are left
+    out.
 
     Args:
         balloon: prestressed, on a cyclic mesh.
@@ -71,14 +72,16 @@ def branches(
         # rows: pressures; columns: the lowest, ascending
         wanted = count if n else 4 * count  # of n = 0 there are two kinds
         hermitian = asymmetry(K_gn) < HERMITIAN
+        turn = sector.rotation(sector.balloon.map.create_vector(), M_n, n)
+        c = None if turn is None else M_n @ turn
         scale = 1e-2 / np.sqrt(balloon.reference_area * balloon.surface.copies)
         pairs = [
             own_pairs(
                 sector,
                 n,
-                partial(lowest, K_mn + v * K_gn, M_n, scale=max(scale * v, 1e-6), hermitian=hermitian),
+                partial(lowest, K_mn + v * K_gn, M_n, scale=max(scale * v, 1e-6), hermitian=hermitian, c=c),
                 wanted,
-                K_mn.shape[0],
+                K_mn.shape[0] - (c is not None),
             )[:2]
             for v in p
         ]

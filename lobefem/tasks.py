@@ -106,7 +106,7 @@ def inflate(
             options |= {"on_step": lambda state: folder.keep(state, {}), "start": _kept(folder, balloon)}
         state = find_equilibrium(balloon, pressures[0], nested=True, **options)
     except SolveError as error:
-        outcome.error, state = error, getattr(error, "state", None)
+        outcome.error, state = error, error.state
     if state is not None:
         outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM}
         outcome.snapshots.append(Snapshot(balloon, state.pressure, state))
@@ -177,6 +177,7 @@ def modes(
             results["pressures"].append(entry)
             outcome.snapshots.append(Snapshot(balloon, pressure, previous, drawn))
             continue
+        held = None
         say = part(progress, (number - 1) / len(pressures), number / len(pressures))
         try:
             if state == "ideal":
@@ -196,8 +197,8 @@ def modes(
         except SolveError as error:
             outcome.error = error
             results |= failure(error)
-            last = getattr(error, "state", None)
-            if last is not None and last is not previous:
+            last = error.state or held  # an equilibrium whose modes fail is one still
+            if last is not None and (last is held or last is not previous):
                 outcome.snapshots.append(Snapshot(balloon, last.pressure, last))
             return outcome
         entry = {

@@ -20,7 +20,7 @@ from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.branches import Branch, follow, unclear
 from lobefem.equilibrium import Equilibrium, Progress, ideal_state, inflate
-from lobefem.errors import ConvergenceError, InputError, SolveError
+from lobefem.errors import ConvergenceError, EigenError, InputError, SolveError
 from lobefem.path_modes import jumped, load_share, rayleigh, without_turns
 from lobefem.stability import Mode, Modes, check_request, find_modes
 from lobefem.states import Checkpoint
@@ -215,6 +215,7 @@ def critical_point(
     Raises:
         InputError: an argument that cannot be used, or an unstable start.
         ConvergenceError: the path ends although no eigenvalue goes to zero; its `state` is the last one.
+        EigenError: the modes of a state could not be computed; its `state` is that one.
 
     Collective.
     """
@@ -282,7 +283,7 @@ class _Path:
 
     def modes(self, state: Equilibrium) -> Modes:
         """The lowest pair of a state, turns that its supports leave apart. Collective."""
-        modes = without_turns(state, 2)
+        modes = _own_modes(state, 2)
         self.visited += ((state.pressure, modes[0].value.real),)
         if self.progress is not None:
             self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
@@ -334,7 +335,7 @@ class _Path:
         p, reach = low.state.pressure, 5 * self.rtol * abs(low.state.pressure)
         before = _state(self.balloon, self.state, p * (1 - 3 * self.rtol), low.state, self.progress)
         # the critical mode need not be the lowest one yet
-        near, last = (without_turns(state, 8) for state in (before, low.state))
+        near, last = (_own_modes(state, 8) for state in (before, low.state))
         found: list[tuple[float, Mode]] = []
         for branch in follow([near, last]):
             if len(branch.pressures) == 2:
@@ -362,6 +363,15 @@ class _Path:
         point = "limit point" if share > _LIMIT_POINT else "bifurcation"
         divisions = self.balloon.surface.divisions
         return CriticalPoint(pressure, mode, point, share, modes.state, bracket, self.visited, divisions)
+
+
+def _own_modes(state: Equilibrium, count: int) -> Modes:
+    """The lowest modes of a state, which an error hands on where they fail. Collective."""
+    try:
+        return without_turns(state, count)
+    except EigenError as error:
+        error.state = state
+        raise
 
 
 def _check_state(balloon: Balloon, state: str) -> None:

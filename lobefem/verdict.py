@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from lobefem.schema import UNDECIDED
+from lobefem.schema import RIGID, UNDECIDED, UNKNOWN
 from lobefem.units import pascals
 
 __all__ = ["verdict"]
@@ -17,6 +17,7 @@ _OUTCOMES = {
     "returned": "Let go, the balloon returns",
     "distorted and stable": "Let go, the balloon does not return: it rests distorted, and stable there",
     "not an equilibrium": "Let go, the balloon comes to rest in no stable equilibrium",
+    UNKNOWN: "Let go, the balloon comes to rest; whether it is stable there could not be computed",
     "distorted under the constraint": "Held distorted; what it does when it is let go, --release tells",
 }
 
@@ -171,7 +172,8 @@ def _modes(results: Results) -> list[str]:
             )
         elif not entry["stable"]:
             modes = entry.get("modes")
-            lowest = modes[0] if isinstance(modes, list) and modes and isinstance(modes[0], Mapping) else {}
+            own = [m for m in modes if not _is_rigid(m)] if isinstance(modes, list) else []
+            lowest = own[0] if own and isinstance(own[0], Mapping) else {}
             mode = _mode(lowest.get("kind"), lowest.get("harmonic"))
             said.append(f"Unstable{where} at {pascals(entry['pressure'])} in {mode}.")
     said += _flutter(known)
@@ -182,10 +184,10 @@ def _flutter(entries: list[Mapping[str, Any]]) -> list[str]:
     """Stable eigenvalues that are more imaginary than real, of a load without a potential."""
     for entry in entries:
         modes = entry.get("modes")
-        found = [m for m in modes if isinstance(m, Mapping)] if isinstance(modes, list) else []
+        known = [m for m in modes if isinstance(m, Mapping)] if isinstance(modes, list) else []
+        found = [m for m in known if not _is_rigid(m)]
         pairs: list[tuple[Any, Any]] = [(m.get("real"), m.get("imag")) for m in found]
         values = [(re, im) for re, im in pairs if _is_pressure(re) and _is_pressure(im)]
-        # the zeros of motions that the supports leave are no pairs
         scale = max((abs(re) for re, _ in values), default=0.0)
         if any(0 <= re < abs(im) and abs(im) > 1e-3 * scale for re, im in values):
             return [
@@ -193,6 +195,10 @@ def _flutter(entries: list[Mapping[str, Any]]) -> list[str]:
                 "real: without damping by the air such a pair grows, swinging (flutter)."
             ]
     return []
+
+
+def _is_rigid(mode: Any) -> bool:
+    return isinstance(mode, Mapping) and mode.get("kind") == RIGID
 
 
 def _perturb(results: Results) -> list[str]:

@@ -7,21 +7,24 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from lobefem import cli
+from lobefem import cli, perturbing
+from lobefem import release as release_module
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
 from lobefem.contact import SelfContact
 from lobefem.design import Design
 from lobefem.distortions import Bend, Tip
-from lobefem.errors import InputError
+from lobefem.errors import EigenError, InputError
 from lobefem.films import TensionField
 from lobefem.frames import load_frames
 from lobefem.loads import GasPressure
 from lobefem.perturbation import perturb
 from lobefem.pictures import save_picture
 from lobefem.plates import EndPlates
+from lobefem.runs import load_run
 from lobefem.states import load_state, save_state
 from lobefem.surface import lobed_cylinder
+from lobefem.verdict import verdict
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STACK = [
@@ -169,3 +172,42 @@ def test_bad_input_gets_one_sentence(capfd, comm, arguments, message):
     words = comm.bcast(capfd.readouterr().err, root=0)
     assert message in words
     assert words.count("\n") == 1
+
+
+def tired(*args, **options):
+    raise EigenError("the eigensolver is tired; try coffee")
+
+
+def test_a_ramp_is_kept_where_its_end_cannot_be_judged(capfd, monkeypatch, shared_path, comm):
+    monkeypatch.setattr(perturbing, "find_modes", tired)
+    folder = shared_path / "run"
+    code = cli.main([*STACK, "--bend", "2", "--steps", "2", "--out", str(folder), "--json", "-"])
+    out, err = comm.bcast(tuple(capfd.readouterr()), root=0)
+    results = json.loads(out)
+    assert code == 0
+    assert results["min_eigenvalue"] is None
+    assert "error" not in results
+    assert results["history"][-1]["parameter"] == pytest.approx(2.0)
+    said = "the lowest eigenvalue at the end is not known: the eigensolver is tired; try coffee"
+    assert said in results["warnings"]
+    assert said in err
+    if comm.rank == 0:
+        assert (folder / "history.png").exists()
+
+
+def test_a_release_is_kept_where_its_end_cannot_be_judged(capfd, monkeypatch, shared_path, comm):
+    monkeypatch.setattr(release_module, "find_modes", tired)
+    folder = shared_path / "run"
+    arguments = ["--bend", "2", "--steps", "2", "--release", "--out", str(folder), "--json", "-"]
+    code = cli.main([*STACK, *arguments])
+    results = json.loads(comm.bcast(capfd.readouterr().out, root=0))
+    assert code == 0
+    assert results["outcome"] == "at rest, stability unknown"
+    assert results["min_eigenvalue"] is None
+    assert results["volume_final"] == pytest.approx(results["volume_original"], rel=1e-8)
+    assert any("not known: the eigensolver is tired" in warning for warning in results["warnings"])
+    (sentence,) = verdict(results)
+    assert sentence.startswith("Let go, the balloon comes to rest; whether it is stable there could not be")
+    if comm.rank == 0:
+        assert len(load_run(folder).steps) == 2
+        save_picture(folder, "state", folder / "state.png", width=40)

@@ -6,13 +6,15 @@ import scipy.linalg
 from mpi4py import MPI
 from states import nodes, unknowns, wavy
 
+from lobefem import stability
 from lobefem._snes import has_symmetric_load
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
 from lobefem.chart import harmonic_chart
 from lobefem.critical import critical_pressure
+from lobefem.distortions import Bend, distort
 from lobefem.equilibrium import ideal_state, inflate
-from lobefem.errors import InputError
+from lobefem.errors import EigenError, InputError
 from lobefem.films import FixedWrinkles, Isotropic
 from lobefem.isotensoid import Isotensoid
 from lobefem.loads import GasPressure
@@ -236,3 +238,32 @@ def test_supports_that_move_the_film_leave_no_ideal_state(comm, support):
     ):
         with pytest.raises(InputError, match=r"the supports move the film by .* look at the inflated state"):
             look()
+
+
+@pytest.fixture
+def alike(comm):
+    """Seven lobes between rigid rings, which a bend makes of seams: eigenvalues are seven or 14-fold."""
+    start = inflate(stack(comm, Isotropic(), divisions=(4, 8), lobes=7, prestressed=False), 1000.0)
+    return distort(start, Bend(1e-3), steps=1).state
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_all_copies_of_a_value_of_many_are_looked_for(alike, count):
+    """One run from a random vector brings one of them."""
+    modes = find_modes(alike, count)
+    assert modes.num_negative == 0
+    many = find_modes(alike, 15)
+    np.testing.assert_allclose(modes.values, many.values[:count], rtol=1e-9)
+
+
+def test_what_a_solver_goes_on_missing_is_said(alike, monkeypatch):
+    find, kept = stability.run, []
+
+    def blind(eps, count, seed=1):
+        new = find(eps, count, seed)
+        kept[:] = kept or new
+        return kept
+
+    monkeypatch.setattr(stability, "run", blind)
+    with pytest.raises(EigenError, match=r"missed copies of the lowest 1 modes in \d+ runs; .*eps_ncv 200'$"):
+        find_modes(alike, 1)
