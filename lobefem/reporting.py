@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from lobefem.log import logger
-from lobefem.progress import Progress, share_of
+from lobefem.progress import Progress, announced, share_of
 
 __all__ = ["Clock", "reporting"]
 
@@ -77,7 +77,8 @@ def reporting(
         logger.addHandler(handler)
     stop.hush = shown.close
     try:
-        yield shown
+        with announced(shown):
+            yield shown
     finally:
         logger.removeHandler(handler)
         logger.setLevel(level)
