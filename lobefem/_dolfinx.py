@@ -7,20 +7,23 @@ version number. Importing this module first also orders `mpi4py.MPI` ahead of Py
 from __future__ import annotations
 
 import os
-import re
-import time
+import shutil
+import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
-import cffi
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import _cache
 from lobefem.errors import MissingDependencyError
 from lobefem.profiling import timed
+from lobefem.progress import announce
 
 # Scotch 7 shares out the cells by threads, as their timing has it: meshes, and what was kept of states on
 # them, would be numbered in another way in each run
@@ -54,19 +57,34 @@ def _check_wheels() -> None:
         import dolfinx_solver  # noqa: F401
 
 
+@contextmanager
+def _readable_arguments() -> Iterator[None]:
+    """Arguments that C++ can read: DOLFINx passes them on at its import, and paths need not be UTF-8."""
+    arguments = sys.argv
+    sys.argv = [argument.encode(errors="replace").decode() for argument in arguments]
+    try:
+        yield
+    finally:
+        sys.argv = arguments
+
+
 try:
     _check_wheels()
-    from mpi4py import MPI  # noqa: F401  the wheels' libraries want it before all others
+    from mpi4py import MPI  # the wheels' libraries want it before all others
 
-    with warnings.catch_warnings():  # DOLFINx 0.9 warns that it runs without numba
+    with warnings.catch_warnings(), _readable_arguments():
+        # DOLFINx 0.9 warns that it runs without numba
         warnings.filterwarnings("ignore", "Could not import numba", ImportWarning)
         import dolfinx
+    import cffi
     import dolfinx.fem
+    import dolfinx.jit
+    import ffcx.codegeneration.jit
     from petsc4py import PETSc
 except ImportError as error:
     raise MissingDependencyError(
-        f"DOLFINx with PETSc cannot be imported ({error}); on Debian 13 install python3-dolfinx-real, "
-        "elsewhere run: pip install 'lobefem[wheel]'"
+        f"DOLFINx with PETSc cannot be imported ({error})",
+        "on Debian 13 install python3-dolfinx-real, elsewhere run: pip install 'lobefem[wheel]'",
     ) from error
 
 try:
@@ -82,6 +100,7 @@ if np.issubdtype(PETSc.ScalarType, np.complexfloating):
 
 __all__ = [
     "abandon",
+    "cache_folder",
     "create_mesh",
     "entity_nodes",
     "form",
@@ -114,56 +133,113 @@ def create_mesh(comm: Any, cells: npt.NDArray[np.int64], element: Any, x: npt.ND
     return dolfinx.mesh.create_mesh(comm, cells=cells, x=x, e=element, partitioner=shared_facet_partitioner())
 
 
-_compiling: tuple[Path | None, float] | None = None  # cache of the form that is being made, and since when
+_workplace: Path | None = None  # where a form is being compiled
+_made = 0  # forms that this process has compiled
 
 
 def abandon() -> None:
-    """Remove what an interrupt leaves half-made in the cache of forms: the next run would wait for it."""
-    if _compiling is None:
-        return
-    folder, since = _compiling
-    if folder is None:
-        folder = Path(str(dolfinx.jit.get_options()["cache_dir"])).expanduser()
-    for entry in folder.glob("libffcx_forms_*.c"):
-        # the file system's clock may lag behind
-        if entry.stat().st_mtime > since - 1.0 and not entry.with_suffix(".c.cached").exists():
-            entry.unlink(missing_ok=True)
+    """Remove what an interrupt leaves half-made in the cache of forms."""
+    if _workplace is not None:
+        shutil.rmtree(_workplace, ignore_errors=True)
+
+
+def cache_folder() -> Path:
+    """Where compiled forms are kept."""
+    return dolfinx.jit.get_options()["cache_dir"]
 
 
 @timed("form compilation")
 def form(expression: Any, cache_dir: Path | None = None) -> Any:
-    """Compile a UFL form, into another cache than the user's if one is given.
+    """Compile a UFL form, or load it from the cache: the user's, if none is given.
 
-    A killed run can leave a half-made entry in the cache of compiled forms, for which FFCx then waits
-    in vain: after a minute it is removed. The C compiler's warnings about generated code are for
-    nobody here.
+    An entry of the cache that is not whole, or that a rank cannot load, is replaced: by rank 0, or by the
+    rank that cannot load it, since on unlike machines what an older system has compiled serves all.
 
     Raises:
-        MissingDependencyError: it cannot be compiled; there may be no C compiler.
+        MissingDependencyError: it cannot be compiled, kept or loaded.
 
     Collective.
     """
-    options: dict[str, Any] = {"timeout": 60, "cffi_extra_compile_args": ["-O2", "-g0", "-w"]}
-    if cache_dir is not None:
-        options["cache_dir"] = cache_dir
+    options = dolfinx.jit.get_options(
+        {
+            # the C compiler's warnings about generated code are for nobody here
+            "cffi_extra_compile_args": ["-O2", "-g0", "-w"],
+            "cache_dir": cache_folder() if cache_dir is None else cache_dir,
+        }
+    )
+    # each rank loads by itself, so that all know who cannot (DOLFINx 0.10 added `jit_comm`; before, ranks
+    # other than 0 fail alone)
+    alone = {"jit_comm": MPI.COMM_SELF} if "jit_comm" in signature(dolfinx.fem.form).parameters else {}
     comm = expression.ufl_domain().ufl_cargo().comm
-    global _compiling
-    if comm.rank == 0:  # it compiles for all
-        _compiling = cache_dir, time.time()
+    maker, anew = 0, False
+    for _ in range(3):
+        fault, error = None, None
+        if comm.rank == maker:
+            try:
+                fault = _provide(expression, options, anew)
+            except Exception as other:  # no rank is left waiting
+                fault, error = (f"a form could not be compiled ({_line(other)})", ""), other
+        fault = comm.bcast(fault, root=maker)
+        if fault is not None:
+            raise error or MissingDependencyError(*fault)
+        made, failure = None, ""
+        try:
+            made = dolfinx.fem.form(expression, jit_options=options, **alone)
+        except (ImportError, OSError, RuntimeError) as other:
+            failure = _line(other)
+        failures = comm.allgather(failure)
+        if not any(failures):
+            return made
+        maker, anew = next(rank for rank, why in enumerate(failures) if why), True
+    raise MissingDependencyError(*_unloaded(failures[maker], options["cache_dir"]))
+
+
+def _provide(expression: Any, options: dict[str, Any], anew: bool) -> tuple[str, str] | None:
+    """Compile a form into the cache where it is not there, or `anew`; what was wrong, and advice."""
+    folder = options["cache_dir"]
+    if not anew and _cache.is_whole(folder, _entry(expression, options)):
+        return None
+    global _workplace, _made
+    _made += 1
+    announce(f"compiling form {_made}, once: later runs find it")
     try:
-        return dolfinx.fem.form(expression, jit_options=options)
-    except (RuntimeError, OSError, cffi.VerificationError) as error:
-        stale = re.search(r"remove (\S+\.c)\)", str(error))  # on rank 0, in FFCx's own words
-        if stale and comm.rank == 0:
-            Path(stale[1]).unlink(missing_ok=True)
-        if comm.bcast(bool(stale)):
-            return dolfinx.fem.form(expression, jit_options=options)
-        raise MissingDependencyError(
-            f"a form could not be compiled ({str(error).strip()[:300]}); lobefem needs a C compiler when it "
-            "runs and a writable cache: install gcc, or set XDG_CACHE_HOME to a folder of yours"
-        ) from error
-    finally:
-        _compiling = None
+        place = _workplace = _cache.workplace(folder)
+        try:
+            scalar = {"scalar_type": dolfinx.default_scalar_type}
+            dolfinx.jit.ffcx_jit(MPI.COMM_SELF, expression, scalar, options | {"cache_dir": place})
+            _cache.publish(place, folder)
+        except ImportError as error:
+            return _unloaded(_line(error), folder)
+        finally:
+            _workplace = None
+            shutil.rmtree(place, ignore_errors=True)
+    except cffi.VerificationError as error:
+        advice = "install a C compiler with its headers (Debian: gcc libc6-dev), or set CC to yours"
+        return f"a form could not be compiled ({_line(error)})", advice
+    except OSError as error:
+        advice = "make room there, or set XDG_CACHE_HOME to a folder that you may write to"
+        return f"compiled forms cannot be kept in {folder} ({error.strerror or _line(error)})", advice
+    return None
+
+
+def _entry(expression: Any, options: dict[str, Any]) -> str:
+    """The name under which FFCx keeps a form, for which it has no function."""
+    jit = ffcx.codegeneration.jit
+    settings = ffcx.get_options({"scalar_type": dolfinx.default_scalar_type})
+    compiler = jit._compilation_signature(options["cffi_extra_compile_args"], options["cffi_debug"])
+    tag = jit._compute_option_signature(settings) + compiler
+    return "libffcx_forms_" + ffcx.naming.compute_signature([expression], tag)
+
+
+def _unloaded(why: str, folder: Path) -> tuple[str, str]:
+    return (
+        f"a compiled form cannot be loaded ({why})",
+        f"if {folder} is mounted noexec, set XDG_CACHE_HOME to a folder on another file system",
+    )
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())[:300] or type(error).__name__
 
 
 def interpolation_points(element: Any) -> npt.NDArray[np.float64]:

@@ -6,10 +6,11 @@ import importlib
 import os
 import platform
 import re
+import shutil
 import signal
 import subprocess
 import sys
-import tempfile
+import uuid
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -99,7 +100,7 @@ def _blas() -> str:
 
 
 def _compiler() -> str:
-    """A form compiled into an empty cache."""
+    """A form compiled anew where runs keep theirs: libraries cannot be loaded from everywhere."""
     from lobefem import _dolfinx
 
     # isort: split
@@ -109,12 +110,27 @@ def _compiler() -> str:
 
     square = mesh.create_unit_square(MPI.COMM_SELF, 1, 1)
     x = ufl.SpatialCoordinate(square)
-    with tempfile.TemporaryDirectory() as cache:
-        area = _dolfinx.form((1 + 0 * x[0]) * ufl.dx(square), cache_dir=Path(cache))
+    empty = _dolfinx.cache_folder() / f"lobefem-{uuid.uuid4().hex}"
+    try:
+        area = _dolfinx.form((1 + 0 * x[0]) * ufl.dx(square), cache_dir=empty)
         value = fem.assemble_scalar(area)
+    finally:
+        shutil.rmtree(empty, ignore_errors=True)
     if abs(value - 1) > 1e-12:
         raise RuntimeError(f"the unit square's area comes out as {value}")
     return "compiles forms"
+
+
+def _cached() -> str:
+    """What earlier runs have compiled is whole and can be loaded."""
+    from lobefem import _cache, _dolfinx
+
+    folder = _dolfinx.cache_folder()
+    number, faults = _cache.examine(folder)
+    if faults:
+        name, why = next(iter(faults.items()))
+        raise RuntimeError(f"{len(faults)} of {number} in {folder} cannot be used, as {name} ({why})")
+    return f"{number} in {folder}"
 
 
 def _ranks() -> str:
@@ -196,6 +212,10 @@ CHECKS: dict[str, tuple[Callable[[], str], str]] = {
     "MUMPS": (_mumps, "use a PETSc that was built with MUMPS; Debian's and PyPI's are"),
     "BLAS": (_blas, "install an optimised one (Debian: libopenblas0-serial)"),
     "compiler": (_compiler, "install a C compiler (Debian: gcc libc6-dev), or set CC to yours"),
+    "compiled forms": (
+        _cached,
+        "a run that needs one of these compiles it again by itself; to do so for all, remove that folder",
+    ),
     "MPI": (
         _ranks,
         "start all ranks with the mpirun of the MPI that mpi4py was built with, from one installation: "
@@ -220,8 +240,9 @@ def examine(progress: Callable[[str], None] | None = None) -> list[Finding]:
         try:
             findings.append(Finding(name, True, check()))
         except Exception as error:  # whatever is wrong is what we want to know
-            said: Any = " ".join(str(error).split()) or type(error).__name__
-            findings.append(Finding(name, False, said[:200], advice))
+            own = getattr(error, "advice", "")
+            said: Any = " ".join(str(error).removesuffix(f"; {own}").split()) or type(error).__name__
+            findings.append(Finding(name, False, said[:200], own or advice))
     return _of_all_ranks(findings)
 
 

@@ -32,9 +32,18 @@ class InputError(LobefemError, ValueError):
 
 
 class MissingDependencyError(LobefemError, ImportError):
-    """A part of the installation is missing; says what to install."""
+    """A part of the installation is missing; says what to install.
+
+    Args:
+        message: what is missing, maybe with what to do.
+        advice: what to do, where the message does not say it.
+    """
 
     exit_code = 2
+
+    def __init__(self, message: str, advice: str = "") -> None:
+        super().__init__(f"{message}; {advice}" if advice else message)
+        self.advice = advice
 
 
 class SolveError(LobefemError, RuntimeError):

@@ -6,11 +6,14 @@ shows the time left also asks `share_of` it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-__all__ = ["Progress", "part", "plain", "said", "share_of"]
+__all__ = ["Progress", "announce", "announced", "part", "plain", "said", "share_of"]
 
 Progress = Callable[[str], None]
+
+_hearers: list[Progress] = []
 
 
 class _Said(str):
@@ -50,3 +53,19 @@ def plain(progress: Progress | None) -> Progress | None:
     if progress is None:
         return None
     return lambda text: progress(str(text))
+
+
+@contextmanager
+def announced(progress: Progress) -> Iterator[None]:
+    """For this time a line is also told of what no study passes a `progress` down to."""
+    _hearers.append(progress)
+    try:
+        yield
+    finally:
+        _hearers.remove(progress)
+
+
+def announce(text: str) -> None:
+    """Tell whoever listens what takes its time deep below a study."""
+    for progress in _hearers:
+        progress(text)

@@ -11,7 +11,7 @@ from typing import Any
 
 from lobefem._terminal import console, is_terminal
 from lobefem.log import logger
-from lobefem.progress import Progress, share_of
+from lobefem.progress import Progress, announced, share_of
 
 __all__ = ["Clock", "reporting"]
 
@@ -78,7 +78,8 @@ def reporting(
         logger.addHandler(handler)
     stop.hush = shown.close
     try:
-        yield shown
+        with announced(shown):
+            yield shown
     finally:
         logger.removeHandler(handler)
         logger.setLevel(level)

@@ -7,11 +7,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import ufl
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from lobefem import _dolfinx, _petsc, cli, contact, doctor, rendering
+from lobefem import _cache, _dolfinx, _petsc, cli, contact, doctor, rendering
 from lobefem.errors import MissingDependencyError
+from lobefem.surface import lobed_cylinder
 
 
 def test_a_sound_installation(capfd, comm):
@@ -65,6 +67,11 @@ FAULTS = {
         "something is broken",
         "install a C compiler (Debian: gcc",
     ),
+    "compiled forms": (
+        lambda m: m.setattr(_cache, "examine", lambda folder: (3, {"libffcx_forms_0": "cut short"})),
+        "1 of 3 in ",
+        "a run that needs one of these compiles it again by itself",
+    ),
     "MPI": (
         lambda m: m.setenv("PMI_SIZE", "64") or m.delenv("OMPI_COMM_WORLD_SIZE", raising=False),
         "64 processes were started, and",
@@ -111,6 +118,54 @@ def test_every_fault_is_said_with_its_remedy(monkeypatch, capfd, comm, name):
         assert found in out
         assert f"-> {advice}" in out or advice in out.partition("->")[2]
         assert "sound" not in out.replace(name, "")
+
+
+def test_forms_are_compiled_where_runs_keep_theirs(monkeypatch, shared_path, comm):
+    """Not among temporary files, where Docker lets no library be loaded."""
+    monkeypatch.setattr(_dolfinx, "cache_folder", lambda: shared_path)
+    real, folders = _dolfinx.form, []
+
+    def form(expression, cache_dir):
+        folders.append(cache_dir.parent)
+        return real(expression, cache_dir)
+
+    monkeypatch.setattr(_dolfinx, "form", form)
+    assert doctor.CHECKS["compiler"][0]() == "compiles forms"
+    assert folders == [shared_path]
+    comm.barrier()
+    assert not list(shared_path.iterdir())
+
+
+def test_a_cache_that_cannot_be_used_is_not_taken_for_a_missing_compiler(monkeypatch, shared_path, comm):
+    if comm.rank == 0:
+        (shared_path / "file").touch()
+    comm.barrier()
+    monkeypatch.setattr(_dolfinx, "cache_folder", lambda: shared_path / "file")
+    monkeypatch.setattr(doctor, "CHECKS", {"compiler": doctor.CHECKS["compiler"]})
+    (finding,) = doctor.examine()
+    assert not finding.fine
+    assert finding.found.startswith(f"compiled forms cannot be kept in {shared_path}/file/")
+    assert finding.advice == "make room there, or set XDG_CACHE_HOME to a folder that you may write to"
+
+
+def test_bad_entries_among_compiled_forms_are_found(monkeypatch, shared_path, comm):
+    monkeypatch.setattr(_dolfinx, "cache_folder", lambda: shared_path)
+    mesh = lobed_cylinder(1, (2, 3), comm=comm).mesh
+    for k in range(2):
+        _dolfinx.form(ufl.SpatialCoordinate(mesh)[k] * ufl.dx(mesh))
+    if comm.rank == 0:
+        (shared_path / "libffcx_forms_0.c").touch()  # another program compiles it
+    comm.barrier()
+    assert doctor.CHECKS["compiled forms"][0]() == f"2 in {shared_path}"
+    comm.barrier()
+    if comm.rank == 0:
+        library = min(shared_path.glob("*.so"))
+        data = library.read_bytes()
+        library.unlink()
+        library.write_bytes(data[:100])
+    comm.barrier()
+    with pytest.raises(RuntimeError, match=r"^1 of 2 in .* cannot be used, as libffcx_forms_.*cut short"):
+        doctor.CHECKS["compiled forms"][0]()
 
 
 @pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts a process, which ranks of an MPI run must not")

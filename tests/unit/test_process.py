@@ -108,3 +108,25 @@ def test_an_early_interrupt_shows_no_traceback():
 
 
 # --- one end for all ranks ----------------------------------------------------------------------
+
+
+_COMPILES = """
+import sys
+from pathlib import Path
+import ufl
+from lobefem import _dolfinx
+from lobefem.surface import lobed_cylinder
+x = ufl.SpatialCoordinate(lobed_cylinder(1, (2, 3)).mesh)
+for k in range(3):
+    assert _dolfinx.form(x[k] * ufl.dx, Path(sys.argv[1])) is not None
+"""
+
+
+@alone
+def test_two_processes_compile_into_one_cache_at_once(tmp_path):
+    both = [subprocess.Popen([sys.executable, "-c", _COMPILES, tmp_path]) for _ in range(2)]
+    assert [one.wait(timeout=300) for one in both] == [0, 0]
+    from lobefem import _cache
+
+    assert _cache.examine(tmp_path) == (3, {})
+    assert len(list(tmp_path.iterdir())) == 9  # nothing else is left
