@@ -10,7 +10,7 @@ from lobefem.units import pascals
 if TYPE_CHECKING:
     from lobefem.design import Design
 
-__all__ = ["of_balance", "of_built_in", "of_design", "of_ledger", "of_pressures"]
+__all__ = ["of_balance", "of_built_in", "of_design", "of_distortion", "of_ledger", "of_pressures"]
 
 # sizes beyond which a unit was probably forgotten [m]
 _LARGE, _THICK = 200.0, 1e-3
@@ -76,6 +76,16 @@ def of_built_in(design: Design) -> list[str]:
         film.law == "fixed-wrinkles" and not film.prestress,
         "film.prestress = false has no effect here: the lobe's own stress is built in; without it look at "
         "--state inflated",
+    )
+
+
+def of_distortion(design: Design) -> list[str]:
+    """A sentence on film that is distorted far and can neither shear nor fold."""
+    return _if(
+        design.film.law == "fixed-wrinkles",
+        "film with fixed wrinkles has no shear stiffness and does not fold: its reaction is a small part of "
+        "real film's (a tenth to a thirtieth for a tip pushed sideways), and its return says nothing of that "
+        "film's; give --film tension-field or imp",
     )
 
 

@@ -188,7 +188,7 @@ def harmonics(
 @app.command(
     epilog=_examples(
         "lobefem perturb meshes/stack4.toml --film tension-field --pressure 5 --bend 7.5 --release --out run",
-        "lobefem perturb meshes/stack5.toml --film tension-field --tip-displacement 0.7 --json -",
+        "lobefem perturb meshes/stack5.toml --tip-displacement 0.7 --json -",
     )
 )
 @options.sharing(options.DESIGN, options.OUTPUT)

@@ -76,7 +76,7 @@ def perturb(
         "contact": contact,
         "release": let_go,
     }
-    results["warnings"] += cautions.of_built_in(design)
+    results["warnings"] += cautions.of_distortion(design) + cautions.of_built_in(design)
     outcome = Outcome(results)
     built_in = True if design.has_ideal_state else None
     balloon = design.balloon(design.surface(comm), prestressed=built_in, contact=contact)

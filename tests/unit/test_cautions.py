@@ -43,6 +43,14 @@ def test_built_in_stress_that_a_design_leaves_out():
     assert said.startswith("hoop_slack is part of the built-in stress")
 
 
+def test_film_that_does_not_fold_is_distorted():
+    for law in ("tension-field", "imp", "isotropic"):
+        assert cautions.of_distortion(Design.parse({"film": {"law": law}})) == []
+    (said,) = cautions.of_distortion(Design.parse({}))
+    assert said.startswith("film with fixed wrinkles has no shear stiffness and does not fold")
+    assert said.endswith("give --film tension-field or imp")
+
+
 def test_shares_that_are_too_large():
     assert cautions.of_balance(0.3) == cautions.of_ledger(0.01) == []
     assert "2.4 of the load" in cautions.of_balance(2.4)[0]

@@ -40,9 +40,27 @@ def test_shipped_designs_are_read_and_written_back(name):
     design = Design.load(MESHES / f"{name}.toml")
     assert parse(design.to_toml()) == design
     if name != "cylinder":  # the paper's own numbers are the defaults
-        assert design.film == Design().film
+        paper, film = Design().film, design.film
+        assert (film.E, film.nu, film.thickness) == (paper.E, paper.nu, paper.thickness)
         assert (design.shape.edge_radius or design.shape.radius) == Design().shape.edge_radius
-        assert design.shape.lobes == {"single": 1, "stack4": 4, "stack5": 5, "formed": 1}[name]
+
+
+@pytest.mark.parametrize(
+    ("name", "lobes", "law", "setup", "support"),
+    [
+        ("single", 1, "fixed-wrinkles", "initial-stress", "clamped"),  # sec. 5.1
+        ("stack4", 4, "fixed-wrinkles", "initial-stress", "clamped"),  # sec. 5.2
+        ("stack5", 5, "imp", "load-path", "clamped"),  # sec. 6, stress as in sec. 4.1
+        ("cylinder", 1, "fixed-wrinkles", "initial-stress", "fixed"),  # sec. 5, figs 8 to 10
+        ("formed", 1, "fixed-wrinkles", "initial-stress", "clamped"),
+    ],
+)
+def test_shipped_designs_are_those_of_the_sections_that_they_name(name, lobes, law, setup, support):
+    design = Design.load(MESHES / f"{name}.toml")
+    assert (design.shape.lobes, design.film.law, design.film.setup) == (lobes, law, setup)
+    assert (design.pressure.load, design.plates.support, design.plates.bar) == ("film", support, True)
+    assert design.hoops.enabled == (name != "cylinder")
+    assert design.film.prestress == (name != "cylinder")
 
 
 def test_the_law_decides_prestress_and_slack_unless_they_are_given():

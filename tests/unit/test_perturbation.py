@@ -56,6 +56,21 @@ def test_a_bent_stack_returns_and_its_ledger_closes(load, support):
         assert end.damping == pytest.approx(end.constraint, rel=0.02)
 
 
+def test_the_papers_stack_of_sec_6_resists_and_fixed_wrinkles_say_that_they_do_not(lobefem_json):
+    """Tip of two of its lobes: IMP with the load path's stress, and film that can neither shear nor fold."""
+    push = ["perturb", MESHES / "stack5.toml", "--lobes", "2", "--divisions", "6x10", "--steps", "8"]
+    push += ["--tip-displacement", "0.05", "--no-contact"]
+    own, code = lobefem_json(*push)
+    assert (code, own["warnings"]) == (0, [])
+    assert (own["film"], own["load"], own["support"]) == ("imp", "film", "clamped")
+    field, _ = lobefem_json(*push, "--film", "tension-field", "--setup", "initial-stress")
+    assert own["reaction"] == pytest.approx(field["reaction"], rel=0.01)
+    fixed, code = lobefem_json(*push, "--film", "fixed-wrinkles", "--setup", "initial-stress")
+    assert code == 0
+    assert fixed["warnings"][0].startswith("film with fixed wrinkles has no shear stiffness")
+    assert fixed["reaction"] < 0.2 * own["reaction"]
+
+
 class Stopped(Exception):  # noqa: N818  no error
     """What ends a run early."""
 
