@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 from petsc4py import PETSc
 
 from lobefem import _dolfinx, _petsc, cli, contact, doctor, rendering
@@ -113,7 +112,7 @@ def test_every_fault_is_said_with_its_remedy(monkeypatch, capfd, comm, name):
         assert "sound" not in out.replace(name, "")
 
 
-@pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts a process, which ranks of an MPI run must not")
+@pytest.mark.serial
 def test_where_nothing_is_installed_everything_is_said_to_be_missing():
     program = """
         import sys

@@ -9,15 +9,12 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from mpi4py import MPI
 
 SINGLE = str(Path(__file__).parents[2] / "meshes/single.toml")
 COARSE = ("--divisions", "6x10")
 
 # a launcher's children may not launch: MPICH and Open MPI refuse, or take them for their own
-alone = pytest.mark.skipif(
-    MPI.COMM_WORLD.size > 1, reason="starts processes, which ranks of an MPI run must not"
-)
+pytestmark = pytest.mark.serial
 
 
 def start(*command, **variables):
@@ -32,7 +29,6 @@ def start(*command, **variables):
     )
 
 
-@alone
 def test_help_loads_nothing_heavy():
     program = textwrap.dedent("""
         import sys
@@ -46,7 +42,6 @@ def test_help_loads_nothing_heavy():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@alone
 @pytest.mark.parametrize("command", [["inflate"], ["modes", "--film", "isotropic", "--count", "2"]])
 def test_a_solve_loads_nothing_that_it_does_not_need(command):
     program = textwrap.dedent(f"""
@@ -61,21 +56,18 @@ def test_a_solve_loads_nothing_that_it_does_not_need(command):
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@alone
 def test_a_process_prints_json_alone():
     done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, *COARSE, "--json", "-")
     assert done.returncode == 0
     assert json.loads(done.stdout)["converged"] is True
 
 
-@alone
 def test_a_process_ends_with_the_exit_code():
     done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, "--film", "rubber")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines()[-1].startswith("lobefem: --film: 'rubber' is unknown")
 
 
-@alone
 def test_an_early_interrupt_shows_no_traceback():
     """While the command line's own packages are imported."""
     program = textwrap.dedent("""
