@@ -1,10 +1,12 @@
 # make setup | demo | test | ... on this machine; with STACK=debian the same in a Debian 13 root.
-# PYTHON=/path/to/python chooses the interpreter, TESTS=tests/unit a part of the suite, WITHOUT=tests/demos the rest.
+# PYTHON=/path/to/python chooses the interpreter, TESTS=tests/unit a part of the suite, WITHOUT=tests/demos the rest,
+# JOBS=1 the number of processes for tests on one rank (as many as there are cores).
 
 VENV ?= .venv
 STACK ?=
 TESTS ?= tests
 WITHOUT ?=
+JOBS ?= $(shell nproc)
 CASES ?= 10000
 OUT ?= out/demo
 ALL ?= out/demos
@@ -21,7 +23,7 @@ mpirun = $(or $(wildcard $(VENV)/bin/mpirun),mpirun)
 run = $(shell grep -sqx system $(VENV)/lobefem-setup && echo docker/entry.sh)
 sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
-.PHONY: help setup sphinx demo demos docs links test test-serial test-ranks harden bench bench-peers bench-scaling lint types check clean distclean
+.PHONY: help setup sphinx demo demos docs links test test-quick test-serial test-ranks harden bench bench-peers bench-scaling lint types check clean distclean
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
@@ -29,6 +31,7 @@ help:
 	@echo "make demos      all demos on coarse meshes in $(ALL), about four minutes"
 	@echo "make docs       the documentation in $(DOCS), warnings as errors; make links: its outer links"
 	@echo "make test       the test suite, serial and on two MPI ranks"
+	@echo "make test-quick its quick tests, serial only, in a minute and a half"
 	@echo "make harden     ten thousand broken inputs and fifty kills, CASES=10000 of them; some hours"
 	@echo "make bench      the common problem by lobefem and the other programs, in out/bench; about an hour,"
 	@echo "                BENCH=--short: lobefem and Surface Evolver on fine meshes, a few minutes"
@@ -42,9 +45,9 @@ help:
 
 ifeq ($(STACK),debian)
 
-setup demo demos docs links test test-serial test-ranks harden bench bench-scaling lint types check:
+setup demo demos docs links test test-quick test-serial test-ranks harden bench bench-scaling lint types check:
 	docker/debian-root.sh make --no-print-directory $@ STACK= KIND=system \
-		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" WITHOUT="$(WITHOUT)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)" BENCH="$(BENCH)"
+		VENV=.venv-debian CASES="$(CASES)" TESTS="$(TESTS)" WITHOUT="$(WITHOUT)" JOBS="$(JOBS)" OUT="$(OUT)" ALL="$(ALL)" DOCS="$(DOCS)" BENCH="$(BENCH)"
 
 # the other programs are neither stack's
 bench-peers:
@@ -93,14 +96,20 @@ test: setup
 	$(MAKE) --no-print-directory test-ranks
 
 without = $(addprefix --ignore=,$(WITHOUT))
+# Processes side by side, each with whole files, whose tests share fixtures.
+workers = $(if $(filter-out 1,$(JOBS)),-n $(JOBS) --dist loadfile)
 test-serial: setup
-	$(run) $(python) -m pytest -q $(without) $(TESTS)
+	$(run) $(python) -m pytest -q $(workers) $(without) $(TESTS)
+
+test-quick: setup
+	$(run) $(python) -m pytest -q $(workers) -m "not slow" $(without) $(TESTS)
 
 # In parts: MPICH has 2048 communicators, and not all of those of a mesh come back before its process ends.
-parts = $(if $(filter tests,$(TESTS)),"tests --ignore=tests/unit" "tests/unit/test_[a-h]*.py" "tests/unit/test_[i-z]*.py","$(TESTS)")
+unit = $(shell find tests/unit -name "test_[$(1)]*.py" | sort)
+parts = $(if $(filter tests,$(TESTS)),"tests --ignore=tests/unit" "$(call unit,a-h)" "$(call unit,!a-h)","$(TESTS)")
 test-ranks: setup
 	@set -e; for part in $(parts); do \
-		echo "pytest on two ranks: $$part"; \
+		echo "pytest on two ranks: from $${part%% *} on"; \
 		$(run) $(mpirun) -n 2 $(python) -m pytest -q -p no:cacheprovider --color=no $(without) $$part </dev/null; \
 	done
 

@@ -111,7 +111,7 @@ run() {
     for name in $(compgen -e); do # of the caller's machine only proxies, pip and a few switches
         case $name in
         PIP_CERT) ;;
-        http_proxy | https_proxy | no_proxy | all_proxy | PIP_* | HYPOTHESIS_* | TERM | CI | \
+        http_proxy | https_proxy | no_proxy | all_proxy | PIP_* | HYPOTHESIS_* | PYTEST_* | TERM | CI | \
             HTTP_PROXY | HTTPS_PROXY | NO_PROXY | ALL_PROXY | OMP_NUM_THREADS | PYTHONUNBUFFERED | \
             PYTHONDONTWRITEBYTECODE) variables+=("$name=${!name}") ;;
         esac

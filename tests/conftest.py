@@ -12,6 +12,23 @@ from mpi4py import MPI
 from lobefem import _petsc
 
 
+def pytest_collection_modifyitems(config, items):
+    """Only unit tests can be quick; on several ranks, leave out what is for one."""
+    for item in items:
+        if "unit" not in item.path.parts:
+            item.add_marker("slow")
+    if MPI.COMM_WORLD.size > 1:
+        serial = {item for item in items if item.get_closest_marker("serial")}
+        config.hook.pytest_deselected(items=list(serial))
+        items[:] = [item for item in items if item not in serial]
+
+
+def pytest_sessionfinish(session, exitstatus):
+    """A selection that is for one rank alone is no failure on several."""
+    if MPI.COMM_WORLD.size > 1 and exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+        session.exitstatus = pytest.ExitCode.OK
+
+
 def pytest_collection_finish(session):
     """What the imported modules hold stays: a hundred thousand objects that no later collection looks at."""
     gc.collect()

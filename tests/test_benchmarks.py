@@ -5,7 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from benchmarks import cost_model, scaling, scaling_report
 from benchmarks.compare import PROGRAMS, attempt, medians, run
@@ -14,10 +13,9 @@ from benchmarks.programs import Job
 from benchmarks.report import exponent, write_report
 
 COARSE = MESHES[0]
-serial = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts processes of its own")
+pytestmark = pytest.mark.serial
 
 
-@serial
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("program", PROGRAMS)
 def test_answers_are_right(program, case):
@@ -53,14 +51,12 @@ def test_a_wrong_answer_does_not_count():
     assert not Answer(float("nan"), displacement, 4).right(case)
 
 
-@serial
 def test_a_process_that_hangs_is_ended(tmp_path):
     record = run(Job(["sh", "-c", "sleep 60 & wait"]), tmp_path, 0.3)
     assert record["code"] is None
     assert record["seconds"] < 30
 
 
-@serial
 def test_the_report(tmp_path):
     records = [
         {
@@ -132,7 +128,6 @@ def test_the_cost_model_finds_the_laws_of_its_runs(tmp_path):
     assert scaling_report.exponent([r for r in runs if r["ranks"] == 1]) == pytest.approx(1.0, abs=0.2)
 
 
-@serial
 def test_a_scaling_run_tells_time_memory_and_the_same_answer(tmp_path):
     found = scaling.run((6, 8), "closed", 1, True, 100)
     assert found["unknowns"] == 3 * (4 * 6 - 1) * 8 + 5  # two rims follow their plates

@@ -14,6 +14,8 @@ from lobefem import cli
 from lobefem.design import Design
 from lobefem.parameter_study import load
 
+pytestmark = pytest.mark.serial
+
 ROOT = Path(__file__).parents[1]
 PAGES = sorted(p for p in (ROOT / "docs").rglob("*.md") if not p.parts[-2].startswith("_"))
 COARSE = "6x9"
@@ -67,7 +69,6 @@ def test_design_files_of_the_pages_are_sound(workplace):
     assert [point.fault for point in load("lobes.toml", {"critical": ["divisions"]}).points] == [""] * 12
 
 
-@pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="one process writes the figures")
 def test_validation_is_generated(tmp_path):
     spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
     generate = importlib.util.module_from_spec(spec)

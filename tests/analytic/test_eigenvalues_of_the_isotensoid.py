@@ -6,6 +6,7 @@ of degree 4, bottom clamped, bar of fixed length, unit areal mass, p = 1000 Pa.
 
 import numpy as np
 import pytest
+from builders import stack
 
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
@@ -17,6 +18,8 @@ from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
 from lobefem.surface import lobed_cylinder
+
+pytestmark = pytest.mark.serial
 
 SHAPE = Isotensoid(4.2 / 1.1)
 WRINKLED, ISOTROPIC = FixedWrinkles(), Isotropic()
@@ -77,9 +80,8 @@ TABLE = {
 
 
 def balloon_of(comm, lobes, film, load):
-    surface = lobed_cylinder(lobes, (24, 32), shape=SHAPE, comm=comm)
-    parts = [GasPressure(load), Hoops(), EndPlates("clamped", bar=True)]
-    return Balloon(surface, film, parts, prestressed=True, quadrature_degree=4)
+    mesh = {"lobes": lobes, "divisions": (24, 32), "shape": SHAPE}
+    return stack(comm, film, load, prestressed=True, quadrature_degree=4, **mesh)
 
 
 @pytest.mark.parametrize("case", TABLE, ids=lambda c: f"{c[0]}-{type(c[1]).__name__}-{c[2]}")

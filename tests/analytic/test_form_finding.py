@@ -16,6 +16,8 @@ from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
 from lobefem.surface import cylinder, lobed_cylinder
 
+pytestmark = pytest.mark.serial
+
 DESIGN = Isotensoid.from_edge_radius()
 RADIUS, LENGTH = 2.0, DESIGN.height
 PAPER = (0.75, 10.0, 37.5)  # [Pa], figs 9a-c

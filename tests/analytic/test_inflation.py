@@ -1,5 +1,8 @@
 """Inflating the stack: Newton's iterations, and the stress and forces of the closed forms."""
 
+from functools import partial
+
+import builders
 import numpy as np
 import pytest
 
@@ -10,13 +13,8 @@ from lobefem.equilibrium import ideal_state, inflate
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
 from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
-from lobefem.surface import lobed_cylinder
 
-
-def stack(comm, film, divisions, order=1, lobes=4, load="closed", prestressed=False, **plates):
-    surface = lobed_cylinder(lobes, divisions, order=order, comm=comm)
-    parts = [GasPressure(load), Hoops(), EndPlates(**({"support": "clamped"} | plates))]
-    return Balloon(surface, film, parts, prestressed=prestressed)
+stack = partial(builders.stack, lobes=4)
 
 
 @pytest.mark.parametrize("film", [Isotropic(), TensionField()], ids=["isotropic", "tension-field"])
@@ -24,7 +22,7 @@ def stack(comm, film, divisions, order=1, lobes=4, load="closed", prestressed=Fa
     ("divisions", "order"), [((24, 32), 1), ((48, 64), 1), ((12, 16), 2)], ids=["P1", "fine", "P2"]
 )
 def test_unstressed_stack_inflates_to_5_pascals(comm, film, divisions, order):
-    balloon = stack(comm, film, divisions, order)
+    balloon = stack(comm, film, divisions=divisions, order=order)
     state = inflate(balloon, 5.0)
     assert state.converged
     assert state.iterations <= 10
@@ -41,7 +39,7 @@ def test_unstressed_stack_inflates_to_5_pascals(comm, film, divisions, order):
 def test_equator_resultant_of_the_prestressed_state(comm):
     """N_phi = p R0/2 at the equator within 1 % on 48 x 64, in equilibrium; hoops carry p R0^2 cos(phi)."""
     pressure = 5.0
-    balloon = stack(comm, FixedWrinkles(), (48, 64), prestressed=True)
+    balloon = stack(comm, FixedWrinkles(), divisions=(48, 64), prestressed=True)
     shape = balloon.surface.shape
     state = inflate(balloon, pressure)
     N = state.stress_resultants().x.array.reshape(-1, 3)
@@ -64,7 +62,7 @@ def test_ideal_state_is_nearly_in_equilibrium_and_more_so_on_finer_meshes(comm, 
     """Residual against the load's size; the hoops and the bar of free-body statics (docs/theory/shape.md)."""
     residuals = []
     for divisions in ((12, 16), (24, 32)):
-        balloon = stack(comm, film, divisions, lobes=4, load=load, prestressed=True)
+        balloon = stack(comm, film, load, divisions=divisions, prestressed=True)
         state = ideal_state(balloon, 100.0)
         residuals.append(state.relative_residual)
         shape = balloon.surface.shape
@@ -79,7 +77,7 @@ def test_ideal_state_is_nearly_in_equilibrium_and_more_so_on_finer_meshes(comm, 
 
 def test_bar_force_in_equilibrium_differs_by_the_plates_load(comm):
     """The film is the same in both conventions; the bar makes up for p pi R_e^2."""
-    balloon = stack(comm, TensionField(), (12, 16), load="film")
+    balloon = stack(comm, TensionField(), "film", divisions=(12, 16))
     # of one mesh: two alike need not be distributed alike
     other = Balloon(balloon.surface, TensionField(), [GasPressure("closed"), Hoops(), EndPlates()])
     film, closed = (inflate(one, 5.0) for one in (balloon, other))

@@ -14,6 +14,8 @@ from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
 from lobefem.surface import lobed_cylinder
 
+pytestmark = pytest.mark.serial
+
 MESHES = [(12, 24), (18, 36)]
 LAWS = {"wrinkled": "wrinkled", "mean": "mean", "taut": "isotropic"}
 

@@ -20,6 +20,8 @@ from lobefem.parts import Held
 from lobefem.plates import EndPlates, PlateLoad
 from lobefem.surface import cylinder
 
+pytestmark = pytest.mark.serial
+
 PLANE = Held(lambda x: np.full(x.shape[1], True), (2,))
 
 

@@ -4,6 +4,8 @@ import pytest
 from loading import load
 from mpi4py import MPI
 
+pytestmark = pytest.mark.serial
+
 
 def test_contact_demo_presses_two_lobes_together(shared_path):
     """A lower plate closes the seam, and a shorter reach of the contact changes next to nothing."""

@@ -5,6 +5,8 @@ import pytest
 from loading import load
 from mpi4py import MPI
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.fixture(scope="module")
 def paths(tmp_path_factory):

@@ -7,6 +7,8 @@ import pytest
 from loading import load
 from mpi4py import MPI
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.fixture(scope="module")
 def forming():

@@ -5,6 +5,8 @@ import pytest
 from loading import load
 from mpi4py import MPI
 
+pytestmark = pytest.mark.serial
+
 
 def test_demo_of_the_kink(shared_path):
     numbers = load("kink").run((8, 16), out=shared_path, harmonics=(2,), around=(12, 16))

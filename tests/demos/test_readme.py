@@ -5,6 +5,8 @@ import re
 import pytest
 from loading import ROOT
 
+pytestmark = pytest.mark.serial
+
 
 def test_readme_example_runs_as_printed(capsys):
     text = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -9,6 +9,8 @@ import pytest
 from loading import load
 from mpi4py import MPI
 
+pytestmark = pytest.mark.serial
+
 PRESSURES = (100.0, 1000.0, 4000.0)
 
 

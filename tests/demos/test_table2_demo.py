@@ -5,6 +5,8 @@ import json
 import pytest
 from loading import load
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.fixture(scope="module")
 def demo():

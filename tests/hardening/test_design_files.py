@@ -1,10 +1,13 @@
 """Design files of any content make a sound design, or one sentence."""
 
+import pytest
 from broken import DESIGN_FILES, SWEEP_FILES, TAKEN, cases, fault_of_sentence
 
 from lobefem.design import Design
 from lobefem.errors import InputError
 from lobefem.parameter_study import load
+
+pytestmark = pytest.mark.serial
 
 
 @cases(0.6, 60, content=DESIGN_FILES)

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from broken import EXAMPLES, SINGLE, cases, fault_of_sentence, leftovers, run
 from hypothesis import strategies as st
-from mpi4py import MPI
 
 COMMAND = ["modes", SINGLE, "--divisions", "4x6", "--count", "2"]
 
-alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="changes what the whole process may write")
+pytestmark = pytest.mark.serial  # changes what the whole process may write
 
 
 def require_sound(folder, code, out, err):
@@ -31,7 +30,6 @@ def require_sound(folder, code, out, err):
         assert "stable" in out
 
 
-@alone
 @cases(0.005, 4, limit=st.integers(1000, 150_000))
 def test_a_file_that_cannot_grow(tmp_path_factory, limit):
     """A limit of the size of each file stands for a full disk: it needs no rights."""
@@ -68,7 +66,6 @@ def small_disk(tmp_path):
         subprocess.run(["umount", "-l", str(place)], check=True)
 
 
-@alone
 def test_a_full_disk(small_disk):
     for size in range(4, 204, 8) if EXAMPLES else (12, 60):
         disk = small_disk(size)
@@ -79,7 +76,6 @@ def test_a_full_disk(small_disk):
         require_sound(disk, code, out, err)
 
 
-@alone
 @pytest.mark.parametrize("target", ["/dev/full", "/proc/x", "/dev/null/x"])
 def test_places_that_take_nothing(target):
     code, _, err = run([*COMMAND, "--json", target])

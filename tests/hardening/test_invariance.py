@@ -15,6 +15,8 @@ from lobefem import studies, tasks
 from lobefem.design import Design
 from lobefem.errors import InputError, SolveError
 
+pytestmark = pytest.mark.serial
+
 FINE = 1e-6
 
 

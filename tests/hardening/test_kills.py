@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from broken import EXAMPLES, SINGLE
-from mpi4py import MPI
 
 from lobefem.design import Design
 
@@ -29,9 +28,7 @@ LENGTH = ["--divisions", "6x8", "--bend", "4", "--steps", "6"] if EXAMPLES else 
 MPIRUN = shutil.which("mpirun", path=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}")
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "OMP_NUM_THREADS": "1"}
 
-pytestmark = pytest.mark.skipif(
-    MPI.COMM_WORLD.size > 1, reason="starts processes, which ranks of an MPI run must not"
-)
+pytestmark = pytest.mark.serial  # starts processes, which ranks of an MPI run must not
 
 
 def start(folder, ranks):

@@ -75,7 +75,8 @@ def test_a_fault_in_writing_on_rank_0_alone(comm, shared_path, monkeypatch, modu
     assert "Traceback" not in err
 
 
-@pytest.mark.skipif(MPI.COMM_WORLD.size > 1 or not MPIRUN, reason="starts ranks of its own")
+@pytest.mark.serial
+@pytest.mark.skipif(not MPIRUN, reason="starts ranks of its own")
 @pytest.mark.parametrize("fault", FAULTS if EXAMPLES else FAULTS[:1])
 def test_a_rank_alone_with_its_fault_between_collective_calls_ends_all(tmp_path, fault):
     """Rank 1 fails where rank 0 waits for it: it says so and takes all with it."""

@@ -1,5 +1,8 @@
 """Energy, residual and tangent in the unknowns q: Taylor tests, symmetry, invariance, errors."""
 
+from functools import partial
+
+import builders
 import numpy as np
 import pytest
 import ufl
@@ -9,7 +12,7 @@ from states import cell_strains, kink_distance, nodes, taylor_rates, unknowns, w
 
 from lobefem import _petsc
 from lobefem.balloon import Balloon
-from lobefem.cables import Cords, Hoops
+from lobefem.cables import Cords
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
 from lobefem.isotensoid import Isotensoid
@@ -38,11 +41,8 @@ LAWS = [
 STEPS = 0.5 ** np.arange(4)
 
 
-def stack(comm, film, plates, load, prestressed=False, lobes=4, divisions=(2, 5), **kw):
-    surface = lobed_cylinder(lobes, divisions, shape=Isotensoid(4.2 / 1.1), comm=comm, **kw)
-    # a hoop of the film's own stiffness: the paper's would drown the film in round-off
-    parts = [GasPressure(load), Hoops(EA=2e5), plates]
-    return Balloon(surface, film, parts, prestressed=prestressed)
+# a hoop of the film's own stiffness: the paper's would drown the film in round-off
+stack = partial(builders.stack, lobes=4, divisions=(2, 5), shape=Isotensoid(4.2 / 1.1), EA=2e5)
 
 
 def state_and_direction(balloon):
@@ -104,7 +104,7 @@ def gradient_and_curvature(balloon, q, d):
 @pytest.mark.parametrize(("film", "prestressed"), LAWS)
 def test_taylor_of_the_closed_potential(comm, film, prestressed, plates):
     """E(q + h d) = E + h r.d + h^2/2 d.K d + O(h^3): orders 2 and 3 of the remainders."""
-    balloon = stack(comm, film, plates, "closed", prestressed)
+    balloon = stack(comm, film, "closed", plates=plates, prestressed=prestressed)
     q, d = state_and_direction(balloon)
     r, Kd = gradient_and_curvature(balloon, q, d)
     energy, _ = balloon.energy(q)
@@ -126,7 +126,7 @@ def test_taylor_of_the_closed_potential(comm, film, prestressed, plates):
 @pytest.mark.parametrize("load", ["film", "closed"])
 def test_taylor_of_the_residual(comm, load, film, prestressed, plates):
     """r(q + h d) = r + h K d + O(h^2)."""
-    balloon = stack(comm, film, plates, load, prestressed)
+    balloon = stack(comm, film, load, plates=plates, prestressed=prestressed)
     q, d = state_and_direction(balloon)
     r, Kd = gradient_and_curvature(balloon, q, d)
 
@@ -156,7 +156,7 @@ def test_taylor_of_the_residual(comm, load, film, prestressed, plates):
 @pytest.mark.parametrize("plates", PLATES)
 def test_film_load_has_the_frozen_energy(comm, plates):
     """With the plates' own load frozen at q, the energy's gradient at q is the film residual."""
-    balloon = stack(comm, Isotropic(), plates, "film")
+    balloon = stack(comm, Isotropic(), "film", plates=plates)
     q, d = state_and_direction(balloon)
     r, _ = gradient_and_curvature(balloon, q, d)
     balloon.freeze_plates(q)
@@ -171,7 +171,7 @@ def test_film_load_has_the_frozen_energy(comm, plates):
 @pytest.mark.parametrize("cell", ["triangle", "quadrilateral"])
 def test_taylor_on_quadratic_geometry(comm, cell):
     plates = EndPlates("clamped", bar=True)
-    balloon = stack(comm, Isotropic(), plates, "closed", divisions=(2, 5), cell=cell, order=2)
+    balloon = stack(comm, Isotropic(), "closed", plates=plates, divisions=(2, 5), cell=cell, order=2)
     balloon.set_loads(PRESSURE)
     x = nodes(balloon)
     q, d = unknowns(balloon, 0.03 * wavy(x, 1, 2.0), 0.02), unknowns(balloon, 0.01 * wavy(x, 2), 0.01)
@@ -194,7 +194,7 @@ def test_asymmetry_of_film_pressure_is_its_edge_term(comm, rims):
 
     L(u, v) = D(p int v . n da)[u], tau along the edge with the film on its left (n outwards).
     """
-    balloon = stack(comm, Isotropic(), EndPlates("clamped"), "film", divisions=(4, 6))
+    balloon = stack(comm, Isotropic(), "film", plates=EndPlates("clamped"), divisions=(4, 6))
     x = nodes(balloon)
     V, mesh = balloon.V, balloon.mesh
     state, u, v = fem.Function(V), fem.Function(V), fem.Function(V)
@@ -225,11 +225,11 @@ def test_asymmetry_of_film_pressure_is_its_edge_term(comm, rims):
 
 @pytest.mark.parametrize(("load", "symmetric"), [("film", False), ("closed", True)])
 def test_only_film_pressure_on_moving_plates_is_not_symmetric(comm, load, symmetric):
-    balloon = stack(comm, Isotropic(), EndPlates("clamped"), load)
+    balloon = stack(comm, Isotropic(), load, plates=EndPlates("clamped"))
     q, _ = state_and_direction(balloon)
     skew = _petsc.asymmetry(balloon.tangent(q))
     assert skew < 1e-12 if symmetric else skew > 1e-6
-    held = stack(comm, Isotropic(), EndPlates("fixed"), load)
+    held = stack(comm, Isotropic(), load, plates=EndPlates("fixed"))
     q, _ = state_and_direction(held)
     assert _petsc.asymmetry(held.tangent(q)) < 1e-12
 
@@ -241,7 +241,7 @@ def test_only_film_pressure_on_moving_plates_is_not_symmetric(comm, load, symmet
 def test_a_rigid_motion_changes_no_energy_and_turns_the_residual(comm, film):
     """Full nodal vectors, no plates: energy unchanged, the residual turns with the film."""
     prestressed = isinstance(film, FixedWrinkles)
-    balloon = stack(comm, film, EndPlates("clamped"), "film", prestressed)
+    balloon = stack(comm, film, "film", plates=EndPlates("clamped"), prestressed=prestressed)
     balloon.set_loads(PRESSURE, PRESSURE if prestressed else 0.0)
     x = nodes(balloon)
     R = rotation(np.array([0.7, -1.1, 2.3]))[0]
@@ -262,7 +262,7 @@ def test_a_rigid_motion_changes_no_energy_and_turns_the_residual(comm, film):
 
 def test_enclosed_volume_does_not_feel_a_rigid_motion(comm):
     """Film and plates together, moved by one rotation and translation, in finite steps."""
-    balloon = stack(comm, Isotropic(), EndPlates("clamped", bar=False), "closed")
+    balloon = stack(comm, Isotropic(), "closed", plates=EndPlates("clamped", bar=False))
     x, motion = nodes(balloon), balloon.motion
     theta, shift = np.array([0.4, 1.3, -0.8]), np.array([2.0, 1.0, -3.0])
     R = rotation(theta)[0]
@@ -289,7 +289,7 @@ def test_reference_volume_is_that_of_the_closed_facets(comm):
 
 def test_mass_of_a_rigid_translation(comm):
     """All of a pinned stack moved along x has 1/2 v.B v with the film's area, or its nodes."""
-    balloon = stack(comm, Isotropic(), EndPlates("clamped", bar=False), "closed", divisions=(4, 6))
+    balloon = stack(comm, Isotropic(), "closed", plates=EndPlates("clamped", bar=False), divisions=(4, 6))
     ones = np.zeros_like(nodes(balloon))
     ones[:, 0] = 1.0
     q = balloon.map.create_vector()
@@ -409,7 +409,7 @@ def test_the_predicted_tangent_leaves_out_what_is_quadratic_in_the_last_step(com
 
     E(u + s d) has the term s^2 q(d)/2, so that c is the integral of q : C q/8; the volume is a cubic.
     """
-    balloon = stack(comm, Isotropic(), EndPlates("fixed"), load, prestressed=True)
+    balloon = stack(comm, Isotropic(), load, plates=EndPlates("fixed"), prestressed=True)
     balloon.set_loads(PRESSURE, PRESSURE)
     q = unknowns(balloon, 0.05 * wavy(nodes(balloon), 1))
     d = unknowns(balloon, 0.3 * wavy(nodes(balloon), 2))
@@ -433,14 +433,14 @@ def test_the_predicted_tangent_leaves_out_what_is_quadratic_in_the_last_step(com
 def test_a_residual_is_assembled_anew_where_anything_changed(comm):
     """The tangent takes the last residual's nodal forces only at the same displacement and loads."""
     plates = EndPlates("pinned")
-    one, other = (stack(comm, Isotropic(), plates, "closed", prestressed=True) for _ in range(2))
+    one, other = (stack(comm, Isotropic(), "closed", plates=plates, prestressed=True) for _ in range(2))
     q = unknowns(one, 0.05 * wavy(nodes(one), 1), 0.02)
     r = q.duplicate()
     for u, loads in ((1.0, (1e3, 0.0)), (1.0, (2e3, 0.0)), (1.0, (2e3, 1e3)), (0.5, (2e3, 1e3))):
         one.set_loads(*loads)
         at = moved(q, u - 1.0, q)
         one.residual(at, r)
-        fresh = stack(comm, Isotropic(), plates, "closed", prestressed=True) if u != 1.0 else other
+        fresh = stack(comm, Isotropic(), "closed", plates=plates, prestressed=True) if u != 1.0 else other
         fresh.set_loads(*loads)
         difference = one.tangent(at).copy()
         difference.axpy(-1.0, fresh.tangent(at))

@@ -5,6 +5,8 @@ import pytest
 from lobefem import cautions
 from lobefem.design import Design
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.mark.parametrize(
     ("tables", "said"),

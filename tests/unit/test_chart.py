@@ -2,7 +2,9 @@
 
 import dataclasses
 import math
+from functools import partial
 
+import builders
 import numpy as np
 import pytest
 import scipy.linalg
@@ -11,26 +13,20 @@ import scipy.sparse as sp
 from lobefem import _dolfinx  # noqa: F401
 from lobefem._banded import Band, lowest, most_negative
 from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
 from lobefem.chart import HeldPencil, OneHarmonic, harmonic_chart, stable_below
 from lobefem.critical import critical_pressure
 from lobefem.cyclic import Sector
 from lobefem.design import Design
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic
-from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
-from lobefem.surface import lobed_cylinder
 
-
-def build(film, load="film", support="clamped", lobes=1, divisions=(12, 20), **mesh):
-    parts = [GasPressure(load), Hoops(), EndPlates(support=support)]
-    return Balloon(lobed_cylinder(lobes, divisions, **mesh), film, parts, prestressed=True)
+build = partial(builders.stack, load="film", lobes=1, divisions=(12, 20), prestressed=True)
 
 
 def test_the_lowest_of_the_chart_is_the_full_models():
-    balloon = build(FixedWrinkles(), lobes=2)
+    balloon = build(film=FixedWrinkles(), lobes=2)
     full = critical_pressure(balloon, full=True)
     chart = harmonic_chart(balloon)
     assert chart.harmonics == tuple(range(11))
@@ -43,7 +39,8 @@ def test_the_lowest_of_the_chart_is_the_full_models():
 
 def test_a_sector_alone_gives_the_chart_of_the_whole():
     whole, sector = (
-        harmonic_chart(build(FixedWrinkles(), lobes=2, sector=alone), [1, 4, 2]) for alone in (False, True)
+        harmonic_chart(build(film=FixedWrinkles(), lobes=2, sector=alone), [1, 4, 2])
+        for alone in (False, True)
     )
     assert whole.harmonics == sector.harmonics == (1, 4, 2)
     assert np.allclose(whole.pressures, sector.pressures, rtol=1e-12)
@@ -53,13 +50,13 @@ def test_a_sector_alone_gives_the_chart_of_the_whole():
 
 
 def test_isotropic_film_is_stable_in_low_harmonics_up_to_high_pressures():
-    chart = harmonic_chart(build(Isotropic(), load="closed", support="fixed", order=2), range(6))
+    chart = harmonic_chart(build(film=Isotropic(), load="closed", support="fixed", order=2), range(6))
     assert min(chart.pressures) > 1e5
 
 
 def test_with_complex_eigenvalues_the_real_part_decides():
     """n = 1 under `film` load on moving plates."""
-    balloon = build(FixedWrinkles(), lobes=3, divisions=(12, 16))
+    balloon = build(film=FixedWrinkles(), lobes=3, divisions=(12, 16))
     p = harmonic_chart(balloon, [1])[1]
     assert 1e5 < p < 1e6
     from lobefem.equilibrium import ideal_state
@@ -72,13 +69,13 @@ def test_with_complex_eigenvalues_the_real_part_decides():
 
 
 def test_a_single_harmonic_needs_no_list():
-    balloon = build(FixedWrinkles(), divisions=(4, 8))
+    balloon = build(film=FixedWrinkles(), divisions=(4, 8))
     one, listed = harmonic_chart(balloon, 2), harmonic_chart(balloon, [2])
     assert (one.harmonics, one.pressures) == (listed.harmonics, listed.pressures) == ((2,), (one.pressure,))
 
 
 def test_requests_that_make_no_sense_are_refused():
-    balloon = build(FixedWrinkles(), divisions=(4, 8))
+    balloon = build(film=FixedWrinkles(), divisions=(4, 8))
     with pytest.raises(InputError, match="no harmonics are given"):
         harmonic_chart(balloon, [])
     with pytest.raises(InputError, match="harmonic = 9: a mesh of 8 equal sectors"):
@@ -106,7 +103,7 @@ def test_the_bracket_says_never_and_always():
 @pytest.mark.parametrize(("load", "lobes", "n"), [("closed", 1, 3), ("film", 3, 1)])
 def test_a_pressure_just_beyond_the_limit_is_none(load, lobes, n):
     """Stable a little below the limit, and critical a little above it."""
-    pencil = HeldPencil(Sector(build(FixedWrinkles(), load, lobes=lobes, divisions=(12, 16))), n)
+    pencil = HeldPencil(Sector(build(film=FixedWrinkles(), load=load, lobes=lobes, divisions=(12, 16))), n)
     (found,) = pencil.solve().pressures
     for share, expected in ((0.999, math.inf), (0.92, math.inf), (1.001, found)):
         pencil.limit = share * found
@@ -115,7 +112,7 @@ def test_a_pressure_just_beyond_the_limit_is_none(load, lobes, n):
 
 def test_any_fault_on_one_rank_ends_all(comm, monkeypatch):
     """Each rank solves harmonics of its own: the others would wait for one that is lost."""
-    balloon = build(FixedWrinkles(), divisions=(4, 8))
+    balloon = build(film=FixedWrinkles(), divisions=(4, 8))
 
     def solve(self, count, hint):
         if self._harmonic % comm.size == comm.size - 1:

@@ -324,6 +324,7 @@ def test_a_traceback_on_request(refused, monkeypatch):
 # --- help and processes -------------------------------------------------------------------------
 
 
+@pytest.mark.serial
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -346,6 +347,7 @@ def test_help_teaches(capfd, arguments, words):
 COMMANDS = typer.main.get_command(cli.app).commands
 
 
+@pytest.mark.serial
 @pytest.mark.parametrize("name", COMMANDS)
 def test_examples_of_the_help_are_sound(name):
     """Each command's epilog has two or more; their options exist, and their files."""

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import builders
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -12,12 +13,10 @@ from lobefem import _petsc
 from lobefem._facets import Gathering, film_facets
 from lobefem._snes import free_share
 from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
 from lobefem.contact import SelfContact
 from lobefem.equilibrium import inflate
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.films import Isotropic
-from lobefem.loads import GasPressure
 from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
 from lobefem.surface import lobed_cylinder
@@ -30,11 +29,9 @@ MESHES = [
 ]
 
 
-def stack(comm, plates=None, divisions=(4, 8), part=None, lobes=2, **kw):
-    surface = lobed_cylinder(lobes, divisions, comm=comm, **kw)
-    parts = [GasPressure(), Hoops(EA=2e5), plates or EndPlates("pinned")]
-    parts += [SelfContact() if part is None else part] if part is not False else []
-    return Balloon(surface, Isotropic(), parts)
+def stack(comm, plates=None, part=None, **mesh):
+    parts = [] if part is False else [part or SelfContact()]
+    return builders.stack(comm, EA=2e5, plates=plates or EndPlates("pinned"), parts=parts, **mesh)
 
 
 def pinched(balloon, share=0.6):

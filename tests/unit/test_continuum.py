@@ -21,6 +21,8 @@ from lobefem.errors import InputError
 from lobefem.formed import FormedLobe
 from lobefem.surface import Cylinder
 
+pytestmark = pytest.mark.serial
+
 WRINKLED = FixedWrinkles()
 KINK = TensionField(slack_stiffness=0.0)
 

@@ -1,7 +1,9 @@
 """One sector against the full model (docs/theory/harmonics.md)."""
 
 from dataclasses import replace
+from functools import partial
 
+import builders
 import numpy as np
 import pytest
 import scipy.linalg
@@ -61,10 +63,7 @@ CASES = {
 }
 
 
-def build(lobes, divisions, load, film, bar=True, support="clamped", prestressed=True, **mesh):
-    surface = lobed_cylinder(lobes, divisions, **mesh)
-    parts = [GasPressure(load), Hoops(EA=1e6), EndPlates(bar=bar, support=support)]
-    return Balloon(surface, film, parts, prestressed=prestressed)
+build = partial(builders.stack, EA=1e6, prestressed=True)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -113,7 +112,7 @@ def test_modes_by_harmonics_are_those_of_the_full_model(case, mass):
 
 
 def test_modes_of_an_inflated_state_by_harmonics():
-    balloon = build(2, (6, 10), "film", TensionField(), prestressed=False)
+    balloon = build(film=TensionField(), load="film", divisions=(6, 10), prestressed=False)
     state = inflate(balloon, 500.0)
     full = find_modes(state, 7)
     split = find_modes(state, 7, harmonics=range(6))
@@ -253,7 +252,7 @@ def test_an_inflated_state_without_the_symmetry_is_refused(off, refused):
 
 
 def test_a_state_without_the_symmetry_is_refused():
-    balloon = build(1, (4, 8), "closed", Isotropic())
+    balloon = build(lobes=1)
     state = ideal_state(balloon, 1000.0)
     rank = balloon.comm.rank
     moved = state.unknowns.copy()

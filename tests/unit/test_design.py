@@ -416,6 +416,7 @@ VALUES = st.one_of(
 )
 
 
+@pytest.mark.serial
 @settings(max_examples=150, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from([*KEYS, ("film", "x\ny"), ("z", "y")]), VALUES), max_size=4))
 def test_any_tables_make_a_design_or_one_sentence(entries):

@@ -2,7 +2,9 @@
 
 import dataclasses
 import math
+from functools import partial
 
+import builders
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -35,10 +37,7 @@ SMALL = [Tip(0.02), Bend(1.0), Twist(0.5), Wave(2, 0.01)]
 NAMES = ["tip", "bend", "twist", "wave"]
 
 
-def stack(comm, lobes=3, divisions=(2, 5), film=None, load="closed", EA=2e5, support="clamped", **plates):
-    surface = lobed_cylinder(lobes, divisions, comm=comm)
-    parts = [GasPressure(load), Hoops(EA=EA), EndPlates(support, **plates)]
-    return Balloon(surface, film or Isotropic(), parts)
+stack = partial(builders.stack, lobes=3, divisions=(2, 5), EA=2e5)
 
 
 def under(balloon, distortion, share=1.0):
@@ -50,7 +49,7 @@ def under(balloon, distortion, share=1.0):
 @pytest.fixture
 def start(comm):
     """Two lobes at 50 Pa: isotropic film, whose one equilibrium every route must find."""
-    return inflate(stack(comm, 2, (4, 8), EA=2e8), 50.0, rtol=1e-12)
+    return inflate(stack(comm, lobes=2, divisions=(4, 8), EA=2e8), 50.0, rtol=1e-12)
 
 
 # --- derivatives -------------------------------------------------------------------------------
@@ -149,7 +148,7 @@ def ring(state, group):
 
 @pytest.mark.parametrize("support", ["clamped", "pinned"])
 def test_bent_hoops_are_circles_normal_to_an_arc_over_the_bar(comm, support):
-    start = inflate(stack(comm, 4, (2, 6), support=support), 50.0)
+    start = inflate(stack(comm, lobes=4, divisions=(2, 6), support=support), 50.0)
     psi = math.radians(10.0)
     state = distort(start, Bend(10.0), steps=2).state
     length = start.balloon.motion.length
@@ -177,7 +176,7 @@ def test_bent_hoops_are_circles_normal_to_an_arc_over_the_bar(comm, support):
 
 
 def test_wave_of_the_equators(comm):
-    start = inflate(stack(comm, 2, (4, 8)), 50.0)
+    start = inflate(stack(comm, lobes=2, divisions=(4, 8)), 50.0)
     state = distort(start, Wave(2, 0.05), steps=2).state
     balloon = state.balloon
     x, height = nodes(balloon), balloon.surface.shape.height
@@ -358,7 +357,7 @@ def test_a_failed_ramp_returns_the_last_equilibrium(start):
 
 def test_round_off_of_stiff_hoops_counts_as_converged(comm):
     """A hoop of the paper's steel, moved by decimetres, cannot be in balance to 1e-14."""
-    start = inflate(stack(comm, 2, (4, 8), EA=2.15e9), 5.0)
+    start = inflate(stack(comm, lobes=2, divisions=(4, 8), EA=2.15e9), 5.0)
     ramp = distort(start, Tip(1.0), steps=5, rtol=1e-14)
     assert ramp.state.converged
     assert 1e-14 < ramp.state.relative_residual < 1e-7
@@ -366,7 +365,7 @@ def test_round_off_of_stiff_hoops_counts_as_converged(comm):
 
 def test_the_serial_answer(comm):
     def run(one):
-        start = inflate(stack(one, 2, (4, 8), TensionField(slack_stiffness=1e-4)), 50.0)
+        start = inflate(stack(one, TensionField(slack_stiffness=1e-4), lobes=2, divisions=(4, 8)), 50.0)
         return [distort(start, d, steps=2, rtol=1e-11).history[-1] for d in (*SMALL, Bend(0.5))]
 
     for here, alone in zip(run(comm), run(MPI.COMM_SELF), strict=True):
@@ -377,7 +376,7 @@ def test_the_serial_answer(comm):
 
 def test_middle_of_an_odd_number_of_lobes(comm):
     for divisions, lobes in (((2, 5), 3), ((3, 5), 1), ((2, 5), 2)):
-        start = inflate(stack(comm, lobes, divisions), 10.0)
+        start = inflate(stack(comm, lobes=lobes, divisions=divisions), 10.0)
         moved = dataclasses.replace(start, displacement=start.displacement + np.array([0.3, 0.1, 0.0]))
         off = mid_hoop_displacement(start)
         assert mid_hoop_displacement(moved) == pytest.approx(0.3 + off, rel=1e-12)
@@ -405,7 +404,7 @@ def test_errors(comm, start):
             r"^the balloon is under a wave of n = 2; release it before Wave\(n=3, amplitude=0.1\)$",
         ),
         (
-            lambda: Wave(2, 0.1).check(stack(comm, 1, (3, 5))),
+            lambda: Wave(2, 0.1).check(stack(comm, lobes=1, divisions=(3, 5))),
             "needs nodes on the lobes' equators; use a struct",
         ),
         (

@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import ufl
-from mpi4py import MPI
 from petsc4py import PETSc
 
 from lobefem import _cache, _dolfinx, _petsc, cli, contact, doctor, rendering
@@ -168,7 +167,7 @@ def test_bad_entries_among_compiled_forms_are_found(monkeypatch, shared_path, co
         doctor.CHECKS["compiled forms"][0]()
 
 
-@pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts a process, which ranks of an MPI run must not")
+@pytest.mark.serial
 def test_where_nothing_is_installed_everything_is_said_to_be_missing():
     program = """
         import sys

@@ -6,6 +6,8 @@ from scipy.special import ellipeinc, ellipj, ellipk
 
 from lobefem._elliptic import jacobi, quarter_period
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.mark.parametrize("m", [0.0, 0.1, 0.5, 0.99])
 def test_they_are_scipys_to_round_off(m):

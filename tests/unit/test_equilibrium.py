@@ -2,27 +2,20 @@
 
 import dataclasses
 import math
+from functools import partial
 
+import builders
 import numpy as np
 import pytest
 from petsc4py import PETSc
 
 from lobefem import _petsc, measures
 from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
 from lobefem.equilibrium import ideal_state, inflate
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.surface import lobed_cylinder
 
-
-def stack(comm, film=None, load="closed", divisions=(4, 8), prestressed=False, **plates):
-    surface = lobed_cylinder(4, divisions, comm=comm)
-    plates = EndPlates(**({"support": "clamped"} | plates))
-    film = film or Isotropic()
-    return Balloon(surface, film, [GasPressure(load), Hoops(), plates], prestressed=prestressed)
+stack = partial(builders.stack, lobes=4)
 
 
 def residual_norm(state):

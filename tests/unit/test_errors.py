@@ -11,6 +11,8 @@ from lobefem.errors import (
     SolveError,
 )
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.mark.parametrize(
     ("kind", "code", "builtin"),

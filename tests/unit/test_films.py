@@ -10,6 +10,8 @@ from laws import ET, NU, STATES, at, plane_stress, strains, turn, wrinkled_stres
 from lobefem.errors import InputError
 from lobefem.films import FILMS, FixedWrinkles, Isotropic, TensionField, WrinkledField
 
+pytestmark = pytest.mark.serial
+
 
 @pytest.mark.parametrize("state", STATES)
 def test_tension_field_stress_is_the_three_way_test(state):

@@ -11,6 +11,8 @@ from lobefem.errors import InputError
 from lobefem.formed import FormedLobe, isotensoid_stiffness
 from lobefem.isotensoid import Isotensoid
 
+pytestmark = pytest.mark.serial
+
 DESIGN = Isotensoid.from_edge_radius()
 LOBES = [
     FormedLobe.between_rims(2.0, 4.19, 0.05),

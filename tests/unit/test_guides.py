@@ -9,6 +9,8 @@ from test_plates import ALL, central, check_derivatives, motion
 from lobefem.guides import BendGuide, TipGuide, TwistGuide
 from lobefem.plates import EndPlates, rotation
 
+pytestmark = pytest.mark.serial
+
 MOVING = [plates for plates in ALL if plates.support != "fixed"]
 SEAMS = ("seam_1", "seam_2", "seam_3")
 DIRECTIONS = [(0, 0, 1), (1, -2, 0.5)]

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import builders
 import numpy as np
 import pytest
 import ufl
@@ -43,6 +44,7 @@ STRESS = {"taut": plane_stress, "wrinkled": wrinkled_stress, "slack": np.zeros_l
 few = settings(deadline=None, max_examples=40, derandomize=True)
 
 
+@pytest.mark.serial
 @few
 @given(strains())
 def test_imp_is_the_gradient_of_the_tension_field_energy(case):
@@ -55,6 +57,7 @@ def test_imp_is_the_gradient_of_the_tension_field_energy(case):
     assert values(law, strain, [0]) == values(field, strain, [0])
 
 
+@pytest.mark.serial
 @pytest.mark.parametrize("state", STATES)
 def test_derivative_of_the_stress_is_the_tension_fields_tangent(state):
     for strain, _ in some_strains(state, 2):
@@ -62,6 +65,7 @@ def test_derivative_of_the_stress_is_the_tension_fields_tangent(state):
         np.testing.assert_allclose(found[2], expected[2], rtol=0, atol=1e-11 * ET)
 
 
+@pytest.mark.serial
 @few
 @given(strains(), strains())
 def test_secant_holds_the_modulus(case, other):
@@ -81,6 +85,7 @@ def test_secant_holds_the_modulus(case, other):
     np.testing.assert_allclose(double, 0, atol=1e-12 * ET * (np.abs(H).max() + np.abs(E).max()))
 
 
+@pytest.mark.serial
 @few
 @given(strains(), st.sampled_from([0.0, 1e-8, 1e-6, 1e-3]), st.sampled_from([TensionField, IMP]))
 def test_compression_is_at_most_the_slack_stiffness_share(case, share, kind):
@@ -91,6 +96,7 @@ def test_compression_is_at_most_the_slack_stiffness_share(case, share, kind):
     assert carried <= share * compression + 1e-12 * scale
 
 
+@pytest.mark.serial
 @few
 @given(strains())
 def test_prescribed_path_is_imp_without_the_hoop_stress_of_taut_film(case):
@@ -102,6 +108,7 @@ def test_prescribed_path_is_imp_without_the_hoop_stress_of_taut_film(case):
     np.testing.assert_allclose(stress(PrescribedPath(slack_stiffness=0), strain), expected, rtol=0, atol=atol)
 
 
+@pytest.mark.serial
 def test_prescribed_path_is_no_gradient_and_jumps():
     law = PrescribedPath(slack_stiffness=0)
     C = at(law, np.diag([1e-3, 1e-4]))[2]
@@ -116,6 +123,7 @@ def test_prescribed_path_is_no_gradient_and_jumps():
         np.testing.assert_allclose(difference, [[0, 0], [0, jump]], rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.serial
 @few
 @given(
     st.floats(-6, -2), st.floats(-5, 0.999), st.sampled_from([0.0, 1e-6, 1e-3]), st.sampled_from([0, 1e-4])
@@ -138,9 +146,9 @@ def test_the_standard_law_takes_over_what_the_path_carries(size, ratio, share, s
 # --- balloons ------------------------------------------------------------------------------------
 
 
-def stack(comm, film, surface=None, divisions=(4, 8), load="film", EA=2.15e9, **kw):
-    surface = surface or lobed_cylinder(2, divisions, cell="quadrilateral", comm=comm)
-    return Balloon(surface, film, [GasPressure(load), Hoops(EA), EndPlates("pinned", bar=EA)], **kw)
+def stack(comm, film, surface=None, load="film", EA=2.15e9, **given):
+    given = {"support": "pinned", "bar": EA, "cell": "quadrilateral", **given}
+    return builders.stack(comm, film, load, surface=surface, EA=EA, **given)
 
 
 def strained(balloon):
@@ -300,6 +308,7 @@ def test_a_single_harmonic_has_no_load_path(comm):
             sector_balloon(balloon)
 
 
+@pytest.mark.serial
 def test_tangent_is_one_of_two_words():
     with pytest.raises(InputError, match=r"^tangent is 'newton'; give 'consistent' or 'secant'"):
         IMP(tangent="newton")

@@ -11,6 +11,8 @@ from scipy.integrate import quad, solve_ivp
 from lobefem.errors import InputError
 from lobefem.isotensoid import MAX_TRUNCATION, Isotensoid
 
+pytestmark = pytest.mark.serial
+
 # the same examples on every rank, and no shared database
 same_everywhere = settings(derandomize=True, database=None, deadline=None, max_examples=40)
 shapes = st.builds(Isotensoid, R0=st.floats(1e-3, 1e3), truncation=st.floats(0.01, MAX_TRUNCATION))

@@ -1,28 +1,24 @@
 """One-sided tangents of the tension field at the ideal isotensoid, and its smooth one beside it."""
 
 import pytest
+from builders import stack
 from states import nodes, unknowns, wavy
 
 from lobefem import _petsc
-from lobefem.balloon import Balloon
 from lobefem.critical import critical_pressure
 from lobefem.equilibrium import ideal_state
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField, WrinkledField
 from lobefem.imp import IMP
 from lobefem.kink import has_kink, one_sided_modes, one_sided_pressures, slack_critical_pressure
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.surface import lobed_cylinder
 
 PRESSURE = 1000.0
 FILM = TensionField(slack_stiffness=0.0)
 
 
-def balloon_of(comm, film=FILM, slack=0.0, divisions=(10, 20), prestressed=True):
-    surface = lobed_cylinder(1, divisions, cell="quadrilateral", comm=comm)
-    parts = [GasPressure("film"), EndPlates("fixed")]
-    return Balloon(surface, film, parts, prestressed=prestressed, hoop_slack=slack)
+def balloon_of(comm, film=FILM, slack=0.0, prestressed=True):
+    mesh = {"lobes": 1, "divisions": (10, 20), "cell": "quadrilateral"}
+    return stack(comm, film, "film", support="fixed", prestressed=prestressed, hoop_slack=slack, **mesh)
 
 
 @pytest.fixture(scope="module")

@@ -5,28 +5,26 @@ import re
 
 import numpy as np
 import pytest
+from builders import stack
 
 from lobefem import (
-    Balloon,
-    EndPlates,
     FixedWrinkles,
-    GasPressure,
-    Hoops,
     Isotropic,
     TensionField,
-    lobed_cylinder,
 )
 from lobefem.charts import refinement
 from lobefem.errors import InputError
 from lobefem.mesh_study import mesh_study, trend
+
+pytestmark = pytest.mark.serial
 
 MESHES = ((18, 24), (24, 32), (30, 40), (36, 48))
 H = 1 / np.array([1.0, 2.0, 4.0, 8.0])
 
 
 def maker(film, lobes=1, **mesh):
-    parts = [GasPressure("film"), Hoops(), EndPlates("fixed")]
-    return lambda d: Balloon(lobed_cylinder(lobes, d, sector=True, **mesh), film, parts, prestressed=True)
+    given = {"lobes": lobes, "support": "fixed", "prestressed": True, "sector": True, **mesh}
+    return lambda divisions: stack(film=film, load="film", divisions=divisions, **given)
 
 
 @pytest.fixture(scope="module")

@@ -1,32 +1,25 @@
 """What a notebook shows of results, and results as PyVista grids."""
 
+from functools import partial
 from html.parser import HTMLParser
 
+import builders
 import numpy as np
 import pytest
 
 from lobefem import (
-    Balloon,
-    EndPlates,
     FixedWrinkles,
-    GasPressure,
-    Hoops,
     critical_pressure,
     find_modes,
     harmonic_chart,
     ideal_state,
     inflate,
-    lobed_cylinder,
     trace,
 )
 from lobefem._glance import Glance, Glanceable
 from lobefem.errors import InputError
 
-
-def balloon_of(lobes=2, divisions=(4, 8), **mesh):
-    surface = lobed_cylinder(lobes, divisions, **mesh)
-    parts = [GasPressure("closed"), EndPlates(), *([Hoops()] if lobes > 1 else [])]
-    return Balloon(surface, FixedWrinkles(), parts, prestressed=True)
+balloon_of = partial(builders.stack, film=FixedWrinkles(), prestressed=True)
 
 
 @pytest.fixture(scope="module")
@@ -110,9 +103,10 @@ class Table(HTMLParser):
             self.cells.append(data)
 
 
+@pytest.mark.serial
 def test_results_tell_their_state_at_a_glance(modes):
     state, balloon = modes.state, modes.state.balloon
-    finer, lines = balloon_of(1, (8, 16)), []
+    finer, lines = balloon_of(lobes=1, divisions=(8, 16)), []
     chart = harmonic_chart(finer, range(5))
     critical = critical_pressure(finer, harmonic=4, progress=lines.append)
     path = trace(balloon, [500.0, 1000.0], count=2)
@@ -136,6 +130,7 @@ def test_results_tell_their_state_at_a_glance(modes):
         assert cell in Table(result._repr_html_()).cells
 
 
+@pytest.mark.serial
 def test_names_from_outside_cannot_write_html():
     class Odd(Glanceable):
         def _glance(self):

@@ -47,6 +47,7 @@ def study_of(folder, text):
     return load(path, KNOWN)
 
 
+@pytest.mark.serial
 def test_points_are_all_combinations_and_known_by_their_inputs(folder):
     study = study_of(
         folder,
@@ -63,6 +64,7 @@ def test_points_are_all_combinations_and_known_by_their_inputs(folder):
     assert names[0] != names[1]
 
 
+@pytest.mark.serial
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -98,6 +100,7 @@ def test_what_is_no_study_is_said_in_a_sentence(folder, text, said):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.serial
 def test_a_switch_is_said_either_way(folder):
     file = folder / "switch.toml"
     if MPI.COMM_WORLD.rank == 0:
@@ -147,6 +150,7 @@ def test_a_sweep_runs_each_point_once_and_keeps_failures_as_rows(folder, comm, c
     comm.Barrier()
 
 
+@pytest.mark.serial
 @pytest.mark.parametrize(("code", "said"), [(-9, "signal 9"), (143, "said nothing"), (2, "said nothing")])
 def test_a_process_that_dies_is_a_row_and_not_kept(folder, monkeypatch, code, said):
     if MPI.COMM_WORLD.rank:

@@ -55,6 +55,7 @@ def test_a_command_draws_the_modes_and_lets_them_swing(folder, shared_path, capf
     assert np.abs(frames[0] - frames[2]).mean() > np.abs(frames[0] - frames[1]).mean() > 0.5
 
 
+@pytest.mark.serial
 def test_the_second_of_a_pair_is_left_out(folder):
     run = load_run(folder)
     kinds = [mode["kind"] for mode in run.results["pressures"][-1]["modes"]]
@@ -64,6 +65,7 @@ def test_the_second_of_a_pair_is_left_out(folder):
     assert "1 lobe, fixed wrinkles film, 2000 Pa" in titles
 
 
+@pytest.mark.serial
 def test_curves_go_through_the_results(folder):
     figure = picture(load_run(folder), "curves").figure()
     results = json.loads((folder / "results.json").read_text())
@@ -74,6 +76,7 @@ def test_curves_go_through_the_results(folder):
             assert min(abs(value - v) for v in values[p]) < 1e-12 * abs(value)
 
 
+@pytest.mark.serial
 def test_what_is_not_there_is_said_in_one_sentence(folder, shared_path):
     cases = (
         ("release", {}, "holds no release; it holds modes, stress, state, curves"),
@@ -135,6 +138,7 @@ def test_the_command_refuses_with_exit_code_2(folder, capfd, comm):
     assert ("holds no release; it holds modes, stress, state, curves" in words) == (comm.rank == 0)
 
 
+@pytest.mark.serial
 def test_stresses_share_a_scale_and_film_has_its_colours(folder):
     run = load_run(folder)
     assert held(run) == ("modes", "stress", "state", "curves")

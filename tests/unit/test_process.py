@@ -10,7 +10,6 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from mpi4py import MPI
 
 SINGLE = str(Path(__file__).parents[2] / "meshes/single.toml")
 COARSE = ("--divisions", "6x10")
@@ -18,9 +17,7 @@ COARSE = ("--divisions", "6x10")
 MPIRUN = shutil.which("mpirun", path=f"{Path(sys.executable).parent}:{os.environ.get('PATH', '')}")
 
 # a launcher's children may not launch: MPICH and Open MPI refuse, or take them for their own
-alone = pytest.mark.skipif(
-    MPI.COMM_WORLD.size > 1, reason="starts processes, which ranks of an MPI run must not"
-)
+pytestmark = pytest.mark.serial
 
 
 def start(*command, **variables):
@@ -35,7 +32,6 @@ def start(*command, **variables):
     )
 
 
-@alone
 def test_help_loads_nothing_heavy():
     program = textwrap.dedent("""
         import sys
@@ -49,7 +45,6 @@ def test_help_loads_nothing_heavy():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@alone
 @pytest.mark.parametrize("command", [["inflate"], ["modes", "--film", "isotropic", "--count", "2"]])
 def test_a_solve_loads_nothing_that_it_does_not_need(command):
     program = textwrap.dedent(f"""
@@ -64,21 +59,18 @@ def test_a_solve_loads_nothing_that_it_does_not_need(command):
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-@alone
 def test_a_process_prints_json_alone():
     done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, *COARSE, "--json", "-")
     assert done.returncode == 0
     assert json.loads(done.stdout)["converged"] is True
 
 
-@alone
 def test_a_process_ends_with_the_exit_code():
     done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, "--film", "rubber")
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.splitlines()[-1].startswith("lobefem: --film: 'rubber' is unknown")
 
 
-@alone
 @pytest.mark.parametrize("arguments", [["--version"], ["--help"], ["modes", "--help"], []])
 def test_what_needs_no_run_is_printed_once(arguments):
     one, two = (
@@ -88,7 +80,6 @@ def test_what_needs_no_run_is_printed_once(arguments):
     assert (two.returncode, two.stdout) == (one.returncode, one.stdout) != (0, "")
 
 
-@alone
 def test_an_early_interrupt_shows_no_traceback():
     """While the command line's own packages are imported."""
     program = textwrap.dedent("""
@@ -122,7 +113,6 @@ for k in range(3):
 """
 
 
-@alone
 def test_two_processes_compile_into_one_cache_at_once(tmp_path):
     both = [subprocess.Popen([sys.executable, "-c", _COMPILES, tmp_path]) for _ in range(2)]
     assert [one.wait(timeout=300) for one in both] == [0, 0]

@@ -3,6 +3,7 @@
 import math
 from itertools import pairwise
 
+import builders
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -24,11 +25,10 @@ from lobefem.stability import find_modes
 from lobefem.surface import lobed_cylinder
 
 
-def stack(comm, load="closed", support="clamped", film=None, lobes=2, divisions=(4, 8), pressure=5.0):
+def stack(comm, load="closed", support="clamped", film=None, pressure=5.0, **mesh):
     """A prestressed balloon and its equilibrium."""
-    surface = lobed_cylinder(lobes, divisions, comm=comm)
-    parts = [GasPressure(load), Hoops(), EndPlates(support=support)]
-    balloon = Balloon(surface, film or TensionField(), parts, prestressed=True)
+    film = film or TensionField()
+    balloon = builders.stack(comm, film, load, support=support, prestressed=True, **mesh)
     return balloon, inflate(balloon, pressure)
 
 
@@ -124,6 +124,7 @@ def test_a_pinned_balloon_returns_up_to_a_turn(comm):
     assert np.abs(found.modes.values[:2]).max() < 1e-6 < found.lowest
 
 
+@pytest.mark.serial
 def test_damping_changes_the_time_and_nothing_else(comm):
     """The paper's question about STABILIZE: a tenth and a hundredth of the damping."""
     balloon, rest = stack(comm, lobes=1)
@@ -289,6 +290,7 @@ def test_numbers_out_of_range_are_refused(comm, change, text):
         release(empty)
 
 
+@pytest.mark.serial
 def test_solving_each_step_roughly_leads_the_same_way(comm, monkeypatch):
     balloon, rest = stack(comm)
     start = swayed(balloon, 2.0)
@@ -324,6 +326,7 @@ def test_round_off_of_stiff_hoops_does_not_end_a_motion(comm):
         flow.destroy()
 
 
+@pytest.mark.serial
 def test_forces_that_fade_slowly_do_the_work_that_damping_does_otherwise(comm):
     """Abaqus turns a removed boundary condition into its force and lets that fade over the step."""
     balloon, rest = stack(comm, lobes=1)

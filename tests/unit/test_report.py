@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[2]
 SINGLE, CYLINDER = (str(ROOT / "meshes" / name) for name in ("single.toml", "cylinder.toml"))
 EVIL = "<script>alert(1)</script>"
 
-alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="rank 0 alone writes a report")
+alone = pytest.mark.serial  # rank 0 writes a report, and it alone
 _XDMF = """<?xml version="1.0"?><Xdmf><Domain><Grid GridType="Collection"><Grid GridType="Uniform">
 <Topology TopologyType="Triangle"><DataItem>fields.h5:/t</DataItem></Topology>
 <Geometry><DataItem>{x}</DataItem></Geometry><Time Value="5.0"/>
@@ -246,6 +246,7 @@ def test_folders_that_hold_no_run(tmp_path):
     assert "no data" in runs.load_run(elsewhere).faults[0]
 
 
+@pytest.mark.serial
 def test_taut_wrinkled_and_slack():
     """By the number of tensile principal stresses; where a folder holds the film's own shares, by them."""
     stress = np.array([[2.0, 1.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 1.0], [-1.0, -2.0, 0.0], [1.0, 1.0, 2.0]])

@@ -12,6 +12,7 @@ from lobefem.reporting import Clock
 from lobefem.signals import Stop
 
 
+@pytest.mark.serial
 def test_a_line_knows_how_far_a_study_is():
     assert share_of("no idea") is None
     line = said("half", 0.5)
@@ -28,6 +29,7 @@ def test_a_line_knows_how_far_a_study_is():
     assert plain(None) is None
 
 
+@pytest.mark.serial
 def test_the_time_left_is_in_proportion_to_what_was_done_in_this_run():
     now = 0.0
     clock = Clock(lambda: now)
@@ -46,6 +48,7 @@ def test_the_time_left_is_in_proportion_to_what_was_done_in_this_run():
     assert clock.left() == "about 1:52:30 left"
 
 
+@pytest.mark.serial
 @pytest.mark.parametrize(
     ("seconds", "share", "said"),
     [

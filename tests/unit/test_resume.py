@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 
 import pytest
-from mpi4py import MPI
 
 from lobefem import cli
 from lobefem.storage import RunFolder
@@ -20,9 +19,7 @@ SINGLE, CYLINDER = (str(ROOT / "meshes" / name) for name in ("single.toml", "cyl
 MODES = ("modes", SINGLE, "--divisions", "4x8", "--count", "2", "--pressure", "50", "--pressure", "100")
 TENSION = ("--film", "tension-field", "--support", "fixed")
 
-alone = pytest.mark.skipif(
-    MPI.COMM_WORLD.size > 1, reason="starts processes, which ranks of an MPI run must not"
-)
+alone = pytest.mark.serial  # starts processes, which ranks of an MPI run must not
 
 
 @pytest.fixture

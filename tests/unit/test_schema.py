@@ -3,8 +3,12 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from lobefem import cli, parameter_runs, schema
 from lobefem.parameter_study import Point, Study
+
+pytestmark = pytest.mark.serial
 
 ROOT = Path(__file__).parents[2]
 SINGLE, STACK, CYLINDER = (f"{ROOT}/meshes/{name}.toml" for name in ("single", "stack4", "cylinder"))

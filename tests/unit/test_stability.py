@@ -1,5 +1,8 @@
 """Modes and critical pressures: pairs, bounds, subspaces, held plates, errors."""
 
+from functools import partial
+
+import builders
 import numpy as np
 import pytest
 import scipy.linalg
@@ -23,11 +26,7 @@ from lobefem.plates import EndPlates
 from lobefem.stability import find_modes
 from lobefem.surface import lobed_cylinder
 
-
-def stack(comm, film, load="closed", divisions=(6, 10), lobes=1, prestressed=True, **plates):
-    surface = lobed_cylinder(lobes, divisions, comm=comm)
-    plates = EndPlates(**({"support": "clamped"} | plates))
-    return Balloon(surface, film, [GasPressure(load), Hoops(), plates], prestressed=prestressed)
+stack = partial(builders.stack, lobes=1, divisions=(6, 10), prestressed=True)
 
 
 def dense(matrix):

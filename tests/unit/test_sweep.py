@@ -1,34 +1,28 @@
 """Branches over the pressure: by harmonic."""
 
+from functools import partial
+
+import builders
 import numpy as np
 import pytest
 
 from lobefem import (
-    Balloon,
-    EndPlates,
     FixedWrinkles,
-    GasPressure,
-    Hoops,
     Isotropic,
     critical_pressure,
     find_modes,
     ideal_state,
-    lobed_cylinder,
 )
 from lobefem.errors import InputError
 from lobefem.sweep import branches
 
-
-def make(film=FixedWrinkles(), load="film", lobes=2, prestressed=True, **mesh):  # noqa: B008
-    surface = lobed_cylinder(lobes, **({"divisions": (4, 8)} | mesh))
-    parts = [GasPressure(load), Hoops(), EndPlates(bar=True)]
-    return Balloon(surface, film, parts, prestressed=prestressed)
+make = partial(builders.stack, film=FixedWrinkles(), load="film", prestressed=True)
 
 
 @pytest.mark.parametrize("film", [FixedWrinkles(), Isotropic()])
 @pytest.mark.parametrize("load", ["film", "closed"])
 def test_branches_agree_with_the_full_model(film, load):
-    balloon = make(film, load)
+    balloon = make(film=film, load=load)
     found = branches(balloon, [500.0, 2000.0], count=6)
     for column, p in enumerate((500.0, 2000.0)):
         for mode in find_modes(ideal_state(balloon, p), count=12).modes:

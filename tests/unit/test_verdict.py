@@ -4,6 +4,8 @@ import pytest
 
 from lobefem.verdict import verdict
 
+pytestmark = pytest.mark.serial
+
 MESH = {"divisions": (24, 32), "film": "isotropic"}
 FOUND = {"critical_pressure": 4420.3, "harmonic": 7, "kind": "local", "state": "ideal", **MESH}
 ALL = {"command": "harmonics", **MESH}
