@@ -89,7 +89,10 @@ def circle(points: Array) -> tuple[Array, float]:
     for _ in range(50):
         root = np.sqrt(weights)
         found = np.linalg.lstsq(A * root[:, None], b * root, rcond=None)[0]
-        weights = 1 / np.maximum(np.abs(A @ found - b), 1e-15)
+        off = np.abs(A @ found - b)
+        if off.max() < 1e-14:  # a circle
+            break
+        weights = 1 / np.maximum(off, 1e-15)
     centre = middle + size * (found[0] * e1 + found[1] * e2)
     radius = size * math.sqrt(max(float(found[2] + found[:2] @ found[:2]), 0.0))
     return rounded(centre, float(np.abs(points).max())), radius

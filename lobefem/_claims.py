@@ -8,23 +8,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _dolfinx
+from lobefem import _dolfinx, checks
 from lobefem._axis import Axis, across, circle, rounded, unit
+from lobefem._cylinder import Cylinder
 from lobefem._manifold import CORNERS, require_manifold
 from lobefem.errors import InputError
+from lobefem.lobe import Lobe
 
 # isort: split
 from dolfinx.mesh import exterior_facet_indices
 
-__all__ = ["RIMS", "examine"]
+__all__ = ["checked_fields", "examine"]
 
 Array = npt.NDArray[np.float64]
-RIMS = ("rim_bottom", "rim_top")
+_RIMS = ("rim_bottom", "rim_top")
 _NEAR = 0.02  # share of the edge radius, or of the height, that a claim may be off
 
 
@@ -46,6 +49,57 @@ class _Rim:
     radius: float = 0.0
 
 
+def checked_fields(surface: Any) -> dict[str, Any]:
+    """Fields of a surface as they are kept, those that are not kept as they came. Needs no communication.
+
+    Raises:
+        InputError: one that is of the wrong kind, or two that do not go together.
+    """
+    mesh = surface.mesh
+    kept: dict[str, Any] = {"groups": MappingProxyType(dict(surface.groups))}
+    nodes = _dolfinx.geometry_dofmap(mesh).shape[1]
+    if mesh.topology.dim != 2 or mesh.geometry.dim != 3 or nodes not in CORNERS:
+        raise InputError(
+            f"the mesh has {mesh.topology.cell_name()}s of {nodes} nodes in {mesh.geometry.dim} dimensions; "
+            "give triangles or quadrilaterals of degree 1 or 2 in space, of an element with shape=(3,)"
+        )
+    if surface.shape is not None and not isinstance(surface.shape, (Lobe, Cylinder)):
+        raise InputError(f"shape is {surface.shape!r}; give an Isotensoid, a FormedLobe, a Cylinder or None")
+    for name in ("num_lobes", "copies"):
+        checks.integer(name, getattr(surface, name), 1)
+    for name, group in surface.groups.items():
+        if not isinstance(group, tuple) or len(group) != 2 or group[0] not in (1, 2):
+            raise InputError(f"group '{name}' is {group!r}; give (1, tag) for edges, (2, tag) for cells")
+        if group[0] == 1 and surface.edges is None:
+            raise InputError(f"edge group '{name}' needs the facet tags that it names; give edges")
+    if surface.divisions is not None:
+        kept["divisions"] = _grid(surface)
+    if surface.axis is not None:
+        if not any(checks.numbers("the axis", surface.axis, "", 3)):
+            raise InputError("the axis is a vector of length zero; give a direction, as (0, 0, 1)")
+        kept["axis"] = unit(surface.axis)
+    if surface.origin is not None:
+        kept["origin"] = np.array(checks.numbers("the axis's origin", surface.origin, "m", 3))
+        kept["origin"].flags.writeable = False
+    return kept
+
+
+def _grid(surface: Any) -> tuple[int, int]:
+    """Divisions, with which the number of sectors goes."""
+    pair = checks.integers("a number of divisions", surface.divisions, 1)
+    if len(pair) != 2:
+        raise InputError(
+            f"divisions is {surface.divisions!r}; give two integers (along a lobe's meridian, around)"
+        )
+    order = surface.cyclic_order
+    if order is not None and pair[1] not in (order, 2 * checks.integer("cyclic_order", order, 1)):
+        raise InputError(
+            f"cyclic_order = {order} does not fit {pair[1]} divisions around; give {pair[1]}, half of it "
+            "where diagonals alternate, or None"
+        )
+    return pair[0], pair[1]
+
+
 def examine(surface: Any, closed: bool) -> Axis:
     """The axis of a surface, all that it claims checked.
 
@@ -59,7 +113,7 @@ def examine(surface: Any, closed: bool) -> Axis:
     Collective.
     """
     if closed:
-        missing = [name for name in RIMS if name not in surface.groups]
+        missing = [name for name in _RIMS if name not in surface.groups]
         if missing:
             raise InputError(f"end plates need the edge group '{missing[0]}', which this surface lacks")
     _check_nodes(surface)
@@ -107,7 +161,7 @@ def _check_nodes(surface: Any) -> None:
 
 def _rims(surface: Any) -> dict[str, _Rim]:
     """The rims that the surface has. Collective."""
-    names = [name for name in RIMS if name in surface.groups]
+    names = [name for name in _RIMS if name in surface.groups]
     if not names:
         return {}
     mesh = surface.mesh
@@ -147,7 +201,7 @@ def _own_part(surface: Any, name: str) -> tuple[npt.NDArray[np.int64], Array, Ar
 
 def _axis(surface: Any, rims: dict[str, _Rim]) -> Axis:
     """The axis as given, or as the rims have it; the same on every rank."""
-    centres = [rims[name].centre for name in RIMS if name in rims]
+    centres = [rims[name].centre for name in _RIMS if name in rims]
     whole = surface.copies == 1 and len(centres) == 2
     along = centres[1] - centres[0] if whole else np.zeros(3)
     length = float(np.linalg.norm(along))
@@ -207,7 +261,7 @@ def _check_sense(surface: Any, axis: Axis, rims: dict[str, _Rim]) -> None:
     Collective.
     """
     sense = 0.0
-    for name, sign in zip(RIMS, (1.0, -1.0), strict=True):
+    for name, sign in zip(_RIMS, (1.0, -1.0), strict=True):
         if name in rims:
             a, b = np.swapaxes(rims[name].ends - axis.origin, 0, 1)
             sense += sign * float((np.cross(a, b) @ axis.direction).sum())

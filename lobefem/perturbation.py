@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem._axis import across
 from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
 from lobefem.distortions import Distortion, Increment, distort, release_start
@@ -297,7 +298,7 @@ class _Log:
         self._seen = record.number + 1
         balloon = self.balloon
         contact = balloon.contact.measure(balloon.u) if balloon.contact is not None else None
-        sideways = balloon.motion.across[0] if balloon.motion is not None else np.eye(3)[0]
+        sideways = across(balloon.axis.direction)[0]
         if record.number:
             self.history.append(
                 Point(

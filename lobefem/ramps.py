@@ -332,7 +332,7 @@ def mid_hoop_displacement(state: Equilibrium) -> float:
     """
     balloon = state.balloon
     nodes = middle_nodes(balloon)
-    first = balloon.motion.across[0] if balloon.motion is not None else across(balloon.axis.direction)[0]
+    first = across(balloon.axis.direction)[0]
     sums = np.array([float((state.displacement[nodes] @ first).sum()), len(nodes)])
     total, count = balloon.comm.allreduce(sums)
     return float(total / count)

@@ -6,20 +6,18 @@ z = num_lobes * height. Rank 0 runs Gmsh; nodes and cells do not depend on the n
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _distribute, _dolfinx, _gmsh, _manifold, _net, _whole, checks
-from lobefem._axis import Axis, unit
+from lobefem import _claims, _distribute, _dolfinx, _gmsh, _manifold, _net, _whole, checks
+from lobefem._axis import Axis
+from lobefem._cylinder import Cylinder
 from lobefem._glance import Glance, Glanceable, number
-from lobefem._manifold import CORNERS
 from lobefem._memory import require_memory
 from lobefem._records import Frozen, OnMesh
 from lobefem.errors import InputError
@@ -40,62 +38,6 @@ _SEAM, _RIM = 100, 200  # seam k has the value 100 + k, the rims 201 and 202
 _MAX_LOBES = 1000  # Gmsh takes a minute for them, a time that grows with their square
 _MAX_CELLS = 50_000_000
 _BYTES = 1e4  # of memory that an equilibrium takes a node, at the least: measured from 96 x 128 to 192 x 256
-
-
-@dataclass(frozen=True)
-class Cylinder:
-    """A flat-sided cylinder, with the same questions answered as by `Isotensoid`.
-
-    Args:
-        edge_radius: radius [m].
-        height: length from rim to rim [m].
-
-    Raises:
-        InputError: a number that is not positive and finite.
-    """
-
-    edge_radius: float = 2.0
-    height: float = 4.2
-
-    def __post_init__(self) -> None:
-        checks.positive("the cylinder's radius", self.edge_radius, "m")
-        checks.positive("the cylinder's length", self.height, "m")
-
-    @property
-    def half_height(self) -> float:
-        """Half the length [m]."""
-        return 0.5 * self.height
-
-    @property
-    def arc_length(self) -> float:
-        """Length of the straight meridian [m]."""
-        return self.height
-
-    @property
-    def area(self) -> float:
-        """Area of the film [m^2]."""
-        return 2.0 * math.pi * self.edge_radius * self.height
-
-    @property
-    def volume(self) -> float:
-        """Volume between the rims [m^3]."""
-        return math.pi * self.edge_radius**2 * self.height
-
-    def radius(self, s: npt.ArrayLike) -> Array:
-        """Distance from the axis [m] at the arc length `s` from mid-height [m], any shape."""
-        return np.full(np.shape(s), float(self.edge_radius))
-
-    def z(self, s: npt.ArrayLike) -> Array:
-        """Height above mid-height [m] at the arc length `s` [m]: `s` itself."""
-        return np.array(s, dtype=np.float64)
-
-    def slope(self, s: npt.ArrayLike) -> tuple[Array, Array]:
-        """Unit tangent (dR/ds, dz/ds) = (0, 1)."""
-        return np.zeros(np.shape(s)), np.ones(np.shape(s))
-
-    def stations(self, count: int) -> Array:
-        """Arc lengths [m], shape (count + 1,), of equal steps from the bottom to the top rim."""
-        return self.half_height * (2.0 * np.arange(count + 1) - count) / count
 
 
 @dataclass(frozen=True, repr=False)
@@ -141,51 +83,8 @@ class Surface(Frozen, OnMesh, Glanceable):
     origin: Array | None = None
 
     def __post_init__(self) -> None:
-        nodes = _dolfinx.geometry_dofmap(self.mesh).shape[1]
-        if self.mesh.topology.dim != 2 or self.mesh.geometry.dim != 3 or nodes not in CORNERS:
-            raise InputError(
-                f"the mesh has {self.mesh.topology.cell_name()}s of {nodes} nodes in "
-                f"{self.mesh.geometry.dim} dimensions; give triangles or quadrilaterals of degree 1 or 2 in "
-                "space, of an element with shape=(3,)"
-            )
-        if self.shape is not None and not isinstance(self.shape, (Lobe, Cylinder)):
-            raise InputError(f"shape is {self.shape!r}; give an Isotensoid, a FormedLobe, a Cylinder or None")
-        checks.integer("num_lobes", self.num_lobes, 1)
-        checks.integer("copies", self.copies, 1)
-        self._check_grid()
-        groups = dict(self.groups)
-        for name, group in groups.items():
-            if not isinstance(group, tuple) or len(group) != 2 or group[0] not in (1, 2):
-                raise InputError(f"group '{name}' is {group!r}; give (1, tag) for edges, (2, tag) for cells")
-            if group[0] == 1 and self.edges is None:
-                raise InputError(f"edge group '{name}' needs the facet tags that it names; give edges")
-        object.__setattr__(self, "groups", MappingProxyType(groups))
-        if self.axis is not None:
-            if not any(checks.numbers("the axis", self.axis, "", 3)):
-                raise InputError("the axis is a vector of length zero; give a direction, as (0, 0, 1)")
-            object.__setattr__(self, "axis", unit(self.axis))
-        if self.origin is not None:
-            origin = np.array(checks.numbers("the axis's origin", self.origin, "m", 3))
-            origin.flags.writeable = False
-            object.__setattr__(self, "origin", origin)
-
-    def _check_grid(self) -> None:
-        """Refuse divisions and sectors that do not go together."""
-        if self.cyclic_order is not None:
-            checks.integer("cyclic_order", self.cyclic_order, 1)
-        if self.divisions is None:
-            return
-        pair = tuple(checks.integers("a number of divisions", self.divisions, 1))
-        if len(pair) != 2:
-            raise InputError(
-                f"divisions is {self.divisions!r}; give two integers (along a lobe's meridian, around)"
-            )
-        object.__setattr__(self, "divisions", pair)
-        if self.cyclic_order is not None and pair[1] not in (self.cyclic_order, 2 * self.cyclic_order):
-            raise InputError(
-                f"cyclic_order = {self.cyclic_order} does not fit {pair[1]} divisions around; give "
-                f"{pair[1]}, half of it where diagonals alternate, or None"
-            )
+        for name, value in _claims.checked_fields(self).items():
+            object.__setattr__(self, name, value)
 
     def to_pyvista(self) -> Any:
         """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.

@@ -1,10 +1,6 @@
-"""Small meshes for analytic tests: a flat square or rectangle, a quarter of a disc, a closed sphere.
-
-They stand in for a `Surface`: the fields that a `Balloon` reads, no more.
-"""
+"""Small surfaces for analytic tests: a flat square or rectangle, a quarter of a disc, a closed sphere."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import basix.ufl
 import numpy as np
@@ -16,6 +12,7 @@ from dolfinx import fem, la
 
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import inflate
+from lobefem.surface import Surface
 
 
 def film_surface(comm, points, cells, cell="triangle"):
@@ -24,17 +21,7 @@ def film_surface(comm, points, cells, cell="triangle"):
     if comm.rank:
         points, cells = np.empty((0, 3)), np.empty((0, len(cells[0])), dtype=np.int64)
     mesh = _dolfinx.create_mesh(comm, np.asarray(cells, dtype=np.int64), element, points)
-    return SimpleNamespace(
-        mesh=mesh,
-        groups={},
-        edges=None,
-        axis=np.array([0.0, 0.0, 1.0]),
-        shape=None,
-        cyclic_order=None,
-        copies=1,
-        divisions=None,
-        num_lobes=1,
-    )
+    return Surface(mesh, axis=(0, 0, 1))
 
 
 def square(comm, side, n):

@@ -67,7 +67,7 @@ def test_a_sound_surface_of_ones_own_is_inflated(comm):
     ("change", "twin", "message"),
     [
         (lambda cells: flipped(cells, 5), False, "neighbours turned to opposite sides"),
-        (lambda cells: flipped(cells, slice(None)), False, "its cells are turned inwards"),
+        (lambda cells: flipped(cells, slice(None)), False, "the surface's cells are turned inwards"),
         (lambda cells: np.delete(cells, 14, axis=0), False, "the mesh has 3 free edges beside its two rims"),
         (lambda cells: cells, True, "falls apart into 2 pieces"),
     ],
