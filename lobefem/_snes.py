@@ -25,10 +25,12 @@ __all__ = [
     "free_share",
     "has_symmetric_load",
     "has_symmetric_stiffness",
-    "largest_step",
+    "lengths",
+    "lever",
     "revealing_pressure",
     "round_off",
     "set_up",
+    "too_far",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -61,9 +63,33 @@ _WILD = 1e6
 STUCK = 1e-3
 
 
-def largest_step(balloon: Balloon) -> float:
-    """Largest component of a sensible Newton step [m, rad]: a tenth of the square root of the film's area."""
+def lever(balloon: Balloon) -> float:
+    """The length that stands for one radian where lengths and angles are compared [m].
+
+    A tenth of the square root of the film's area: about a plate's radius.
+    """
     return 0.1 * math.sqrt(balloon.reference_area)
+
+
+def lengths(balloon: Balloon) -> Any:
+    """What makes lengths of all unknowns: 1, of an angle its `lever`, as a vector. Collective."""
+    found, constraint = balloon.map.create_vector(), balloon.map
+    found.set(1.0)
+    motion = constraint.motion
+    with found as array:
+        if motion is not None and array.size > constraint.free.size:
+            angles = [motion.is_angle(name) for name in motion.names]
+            array[constraint.free.size :] = np.where(angles, lever(balloon), 1.0)
+    return found
+
+
+def too_far(balloon: Balloon, step: Any) -> bool:
+    """Whether a step of the unknowns is no sensible one: with a motion beyond a `lever`. Collective."""
+    scaled = lengths(balloon)
+    scaled.pointwiseMult(scaled, step)
+    largest = scaled.norm(PETSc.NormType.NORM_INFINITY)
+    scaled.destroy()
+    return not largest <= lever(balloon)
 
 
 class EnergySearch:
@@ -251,23 +277,23 @@ class Separation:
 
     Args:
         snes: whose steps.
-        balloon: with contact, or nothing is done unless there is a `reach`.
+        balloon: with contact, or nothing is done unless steps are `limited`.
         residual: the vector of SNES's function.
         downhill: whether the residual is a gradient; a step that an indefinite tangent sends uphill is
             then turned round.
-        reach: a step of which a component is larger is not gone at all [m, rad]: it leads nowhere, and to
-            look for what it would touch takes long.
+        limited: a step that goes too far is not gone at all: it leads nowhere, and to look for what it
+            would touch takes long.
 
     Attributes:
         share: of the last step that was gone.
     """
 
     def __init__(
-        self, snes: Any, balloon: Balloon, residual: Any, downhill: bool, reach: float = math.inf
+        self, snes: Any, balloon: Balloon, residual: Any, downhill: bool, limited: bool = False
     ) -> None:
         self.share = 1.0
-        self._balloon, self._residual, self._downhill, self._reach = balloon, residual, downhill, reach
-        if balloon.contact is not None or reach < math.inf:
+        self._balloon, self._residual, self._downhill, self._limited = balloon, residual, downhill, limited
+        if balloon.contact is not None or limited:
             snes.setLineSearchPreCheck(self._shorten)
 
     def _shorten(self, x: Any, step: Any) -> bool:
@@ -275,7 +301,7 @@ class Separation:
         uphill = self._downhill and self._residual.dot(step) < 0
         if not uphill:
             step.scale(-1.0)
-        wild = not step.norm(PETSc.NormType.NORM_INFINITY) <= self._reach
+        wild = self._limited and too_far(self._balloon, step)
         self.share = 0.0 if wild else free_share(self._balloon, x, step)
         step.scale(-self.share)
         return uphill or self.share < 1
@@ -346,8 +372,7 @@ class Newton:
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
         downhill = symmetric or balloon.motion is not None
-        reach = largest_step(balloon) if predicted else math.inf
-        search.separation = Separation(snes, balloon, self._r, downhill, reach)
+        search.separation = Separation(snes, balloon, self._r, downhill, predicted)
         if snes.getKSP().getPC().getType() == PETSc.PC.Type.GAMG:  # the user's choice
             x = balloon.X
             K.setNearNullSpace(

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
 
 __all__ = ["of_balance", "of_built_in", "of_design", "of_distortion", "of_ledger", "of_pressures"]
 
-# sizes beyond which a unit was probably forgotten [m]
-_LARGE, _THICK = 200.0, 1e-3
+# thickness over radius between which film is one; beyond them a unit was probably forgotten. A balloon of
+# 57 m and 0.038 mm has 7e-7, one of 0.1 m and 0.1 mm 1e-3.
+_THIN, _THICK = 1e-7, 2e-3
 # strain beyond which St Venant-Kirchhoff film is no model of a plastic one
 _STRAIN = 0.05
 # residual of a held ideal state over the load, and energy not accounted for over the largest part
@@ -39,12 +40,14 @@ def of_design(design: Design) -> list[str]:
             "table, empty for the paper's hoops, unless the balloon has none",
         ),
         *_if(
-            shape.size > _LARGE,
-            f"a radius of {shape.size:g} m: lengths are in metres, or write '1500 mm'",
+            film.thickness < _THIN * shape.size,
+            f"a radius of {shape.size:g} m is {shape.size / film.thickness:.0e} times the film's "
+            f"{1e3 * film.thickness:g} mm: lengths are in metres, or write '1500 mm'",
         ),
         *_if(
-            film.thickness > _THICK,
-            f"film of {1e3 * film.thickness:g} mm: lengths are in metres, or write '0.05 mm'",
+            film.thickness > _THICK * shape.size,
+            f"film of {1e3 * film.thickness:g} mm is 1/{shape.size / film.thickness:.0f} of the radius of "
+            f"{shape.size:g} m, thick for a film: lengths are in metres, or write '0.05 mm'",
         ),
     ]
 

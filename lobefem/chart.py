@@ -357,10 +357,10 @@ def stable_below(stable: Callable[[float], bool], limit: float, hint: float | No
         hint: a guess of the critical pressure [Pa].
 
     Returns:
-        the pressure; 0 where none down to 1e-3 Pa is stable, inf where `limit` is. The lowest critical
-        one then lies between the pressure and `limit`.
+        the pressure; 0 where none down to a billionth of the limit is stable, inf where `limit` is. The
+        lowest critical one then lies between the pressure and `limit`.
     """
-    starts = [*((0.93 * hint, 0.2 * hint) if hint else ()), 1.0, 1e-3]
+    starts = [*((0.93 * hint, 0.2 * hint) if hint else ()), 1e-6 * limit, 1e-9 * limit]
     low = next((p for p in starts if stable(p)), 0.0)
     if low == 0.0:
         return 0.0

@@ -150,7 +150,7 @@ class Flow:
         balloon: with its loads set.
         q: where it starts; moved by `run`.
         damping: c [Pa s/m].
-        tolerance: of the error of a step, root mean square over the unknowns [m].
+        tolerance: of the error of a step, root mean square over the unknowns, angles as lengths [m].
         settled: relative residual at which the motion has ended.
         ledger: what to go on from.
         fade: time in which the forces that held the start die away, linearly [s]; None: gone at once.
@@ -203,7 +203,12 @@ class Flow:
         ts.setIJacobian(self._tangent, balloon.tangent(q))
         ts.setPreStep(self._before)
         ts.setPostStep(self._after)
-        ts.setTolerances(rtol=0.0, atol=tolerance)
+        self._lengths = _snes.lengths(balloon)
+        atol = self._lengths.copy()
+        atol.reciprocal()
+        atol.scale(tolerance)
+        ts.setTolerances(rtol=0.0, atol=atol)
+        atol.destroy()
         # a failed solve halves the step: forty in a row leave 1e-12 of it
         ts.setMaxSNESFailures(10**6)
         ts.setMaxStepRejections(40)
@@ -214,8 +219,7 @@ class Flow:
         _petsc.set_direct_solver(snes.getKSP(), symmetric)
         with _petsc.options(PREFIX, _OPTIONS):
             ts.setFromOptions()
-        reach = _snes.largest_step(balloon)
-        self._separation = _snes.Separation(snes, balloon, self._r, symmetric, reach)
+        self._separation = _snes.Separation(snes, balloon, self._r, symmetric, limited=True)
 
     # --- the equation ---------------------------------------------------------------------------
 
@@ -316,6 +320,7 @@ class Flow:
             return 1e-3 * self.fade  # all is balanced at first
         self._mass.getDiagonal(self._work)
         self._change.pointwiseDivide(self._force, self._work)
+        self._change.pointwiseMult(self._change, self._lengths)
         speed = self._change.norm() / math.sqrt(self._change.getSize()) / self.damping
         return self.tolerance / speed if speed else 1.0
 
@@ -453,7 +458,7 @@ class Flow:
         self.ts.destroy()
         for v in (
             self._r, self._force, self._held, self._change, self._work, self._begin, self._last, self._mass,
-            self._stiffness,
+            self._stiffness, self._lengths,
         ):  # fmt: skip
             v.destroy()
 

@@ -72,6 +72,10 @@ class Guide:
         """The motion w (6 a ring), dw/dy and d2w/dy2 at y, as of `PlateMotion`."""
         return self.plates.evaluate(y)
 
+    def is_angle(self, name: str) -> bool:
+        """Whether a parameter of a name is one in radians, as of `PlateMotion`."""
+        return self.plates.is_angle(name)
+
     def rate(self, y: Array) -> Array:
         """dw/ds (6 a ring) at y."""
         return np.zeros(6 * len(self.centres))

@@ -205,6 +205,11 @@ class PlateMotion:
         self.names = names
         self.size = len(names)
 
+    @staticmethod
+    def is_angle(name: str) -> bool:
+        """Whether a parameter of a name is one in radians, not in metres."""
+        return "tilt" in name or "rotation" in name
+
     def tilts(self, rotation: Array) -> Array:
         """The two tilt parameters of a rotation vector (3,) [rad]; its spin about the axis is left out."""
         return self.across @ np.asarray(rotation, dtype=float)

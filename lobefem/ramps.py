@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from lobefem import _petsc
 from lobefem._axis import across
-from lobefem._snes import REASONS, Newton, largest_step
+from lobefem._snes import REASONS, Newton, too_far
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium, record
 from lobefem.errors import ConvergenceError
@@ -265,7 +265,7 @@ class Ramp:
             q.axpy(-1e4, now)
         guide.parameter = target
         last.axpy(-1.0, q)
-        if last.norm(PETSc.NormType.NORM_INFINITY) > largest_step(balloon):
+        if too_far(balloon, last):
             return False
         if balloon.contact is None:
             return True

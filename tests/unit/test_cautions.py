@@ -13,7 +13,7 @@ pytestmark = pytest.mark.serial
     [
         ({"shape": {"lobes": 2}}, "nothing holds the seams of the 2 lobes"),
         ({"shape": {"edge_radius": 1500.0}}, "a radius of 1500 m"),
-        ({"shape": {"R0": 1500.0}, "film": {"thickness": 0.038}}, "film of 38 mm"),
+        ({"shape": {"R0": 15.0}, "film": {"thickness": 0.038}}, "film of 38 mm is 1/395 of the radius"),
         ({"film": {"law": "isotropic", "slack_stiffness": 1e-4}}, "isotropic film has no slack part"),
     ],
 )
@@ -26,6 +26,18 @@ def test_a_design_that_makes_little_sense(tables, said):
 )
 def test_a_sound_design_is_not_warned_of(tables):
     assert cautions.of_design(Design.parse(tables)) == []
+
+
+@pytest.mark.parametrize("scale", [1e-3, 0.1, 10.0, 100.0])
+@pytest.mark.parametrize("share", [0.02, 1.0, 40.0, 400.0])
+def test_warnings_do_not_depend_on_the_size(scale, share):
+    """Film of the same share of the radius, from two millimetres to 200 m."""
+
+    def said(size):
+        shape, film = {"edge_radius": 2.0 * size}, {"thickness": 5e-5 * size * share}
+        return len(cautions.of_design(Design.parse({"shape": shape, "film": film})))
+
+    assert said(scale) == said(1.0) == (1 if share > 100 else 0)
 
 
 def test_pressures_that_no_film_bears():
