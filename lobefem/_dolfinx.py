@@ -12,6 +12,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from importlib.util import find_spec
 from inspect import signature
 from pathlib import Path
@@ -160,11 +161,12 @@ def form(expression: Any, cache_dir: Path | None = None) -> Any:
 
     Collective.
     """
+    folder = cache_folder() if cache_dir is None else cache_dir
     options = dolfinx.jit.get_options(
         {
             # the C compiler's warnings about generated code are for nobody here
             "cffi_extra_compile_args": ["-O2", "-g0", "-w"],
-            "cache_dir": cache_folder() if cache_dir is None else cache_dir,
+            "cache_dir": _readable(folder),
         }
     )
     # each rank loads by itself, so that all know who cannot (DOLFINx 0.10 added `jit_comm`; before, ranks
@@ -176,7 +178,7 @@ def form(expression: Any, cache_dir: Path | None = None) -> Any:
         fault, error = None, None
         if comm.rank == maker:
             try:
-                fault = _provide(expression, options, anew)
+                fault = _provide(expression, options, folder, anew)
             except Exception as other:  # no rank is left waiting
                 fault, error = (f"a form could not be compiled ({_line(other)})", ""), other
         fault = comm.bcast(fault, root=maker)
@@ -191,23 +193,23 @@ def form(expression: Any, cache_dir: Path | None = None) -> Any:
         if not any(failures):
             return made
         maker, anew = next(rank for rank, why in enumerate(failures) if why), True
-    raise MissingDependencyError(*_unloaded(failures[maker], options["cache_dir"]))
+    raise MissingDependencyError(*_unloaded(failures[maker], folder))
 
 
-def _provide(expression: Any, options: dict[str, Any], anew: bool) -> tuple[str, str] | None:
+def _provide(expression: Any, options: dict[str, Any], folder: Path, anew: bool) -> tuple[str, str] | None:
     """Compile a form into the cache where it is not there, or `anew`; what was wrong, and advice."""
-    folder = options["cache_dir"]
-    if not anew and _cache.is_whole(folder, _entry(expression, options)):
+    cache = options["cache_dir"]
+    if not anew and _cache.is_whole(cache, _entry(expression, options)):
         return None
     global _workplace, _made
     _made += 1
     announce(f"compiling form {_made}, once: later runs find it")
     try:
-        place = _workplace = _cache.workplace(folder)
+        place = _workplace = _cache.workplace(cache)
         try:
             scalar = {"scalar_type": dolfinx.default_scalar_type}
             dolfinx.jit.ffcx_jit(MPI.COMM_SELF, expression, scalar, options | {"cache_dir": place})
-            _cache.publish(place, folder)
+            _cache.publish(place, cache)
         except ImportError as error:
             return _unloaded(_line(error), folder)
         finally:
@@ -220,6 +222,17 @@ def _provide(expression: Any, options: dict[str, Any], anew: bool) -> tuple[str,
         advice = "make room there, or set XDG_CACHE_HOME to a folder that you may write to"
         return f"compiled forms cannot be kept in {folder} ({error.strerror or _line(error)})", advice
     return None
+
+
+@lru_cache
+def _readable(folder: Path) -> Path:
+    """A folder by a name in UTF-8, without which Python 3.12 loads no library."""
+    try:
+        str(folder).encode()
+    except UnicodeEncodeError:
+        folder.mkdir(parents=True, exist_ok=True)
+        return Path(f"/proc/self/fd/{os.open(folder, os.O_RDONLY)}")  # to the end of the process
+    return folder
 
 
 def _entry(expression: Any, options: dict[str, Any]) -> str:

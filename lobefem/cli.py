@@ -19,10 +19,10 @@ import typer
 
 from lobefem import __version__, options, texts
 from lobefem._terminal import settle
-from lobefem.console import Ranks, show_rows
+from lobefem.console import Ranks, printable, show_rows
 from lobefem.errors import InputError, LobefemError
 from lobefem.reporting import reporting
-from lobefem.running import Interrupted, loudness, one_line, printable, run_task
+from lobefem.running import Interrupted, loudness, one_line, run_task
 
 if TYPE_CHECKING:
     from lobefem.design import Design
@@ -248,7 +248,7 @@ def plot(
 
         path = save_picture(folder, what, to, format, pressure=at, modes=numbers, width=wide)
         if not loudness(context)["quiet"]:
-            print(f"The picture is {path}")
+            print(f"The picture is {printable(path)}")
 
 
 @app.command(
@@ -326,7 +326,7 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
             replace(Path(json), text)
         if not quiet:
             show_rows(list(runs.table(study, rows)))
-            print(f"Table, chart and the points' own folders are in {out}")
+            print(f"Table, chart and the points' own folders are in {printable(out)}")
     sys.stdout.flush()
     return 3 if found["failed"] == len(rows) else 0
 

@@ -15,7 +15,7 @@ from lobefem._terminal import console
 from lobefem.signals import Stop
 from lobefem.verdict import verdict
 
-__all__ = ["Ranks", "show", "show_findings", "show_profile", "show_rows", "stdout_to_stderr"]
+__all__ = ["Ranks", "printable", "show", "show_findings", "show_profile", "show_rows", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
 _LAUNCHERS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK")
@@ -275,9 +275,9 @@ def show_findings(findings: Sequence[Any]) -> None:
     for finding in findings:
         mark = "[green]ok  [/green]" if finding.fine else "[bold red]FAIL[/bold red]"
         screen.print(f"{mark} {finding.name:16}", end="")
-        screen.print(finding.found, markup=False)
+        screen.print(printable(finding.found), markup=False)
         if finding.advice:
-            screen.print(f"{'':21}-> {finding.advice}", markup=False)
+            screen.print(f"{'':21}-> {printable(finding.advice)}", markup=False)
 
 
 def _perturb_table(results: dict[str, Any]) -> Any:
@@ -303,3 +303,8 @@ def _perturb_table(results: dict[str, Any]) -> Any:
     for name, value, unit in rows:
         table.add_row(name, *(("none", "") if value is None else (f"{value:.6g}", unit)))
     return table
+
+
+def printable(words: object) -> str:
+    """Words with what no terminal should get, in names of files for example, escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(words))

@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 from lobefem import options, profiling
-from lobefem.console import show, show_profile, stdout_to_stderr
+from lobefem.console import printable, show, show_profile, stdout_to_stderr
 from lobefem.errors import InputError
 from lobefem.reporting import reporting
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lobefem.design import Design
     from lobefem.tasks import Outcome
 
-__all__ = ["Interrupted", "loudness", "one_line", "printable", "run_task"]
+__all__ = ["Interrupted", "loudness", "one_line", "run_task"]
 
 _MOST = 600  # letters of a sentence
 
@@ -173,8 +173,3 @@ def one_line(words: object) -> str:
     """Words on one line, safe to print; of endless ones their beginning and end."""
     line = printable(" ".join(str(words).split()))
     return line if len(line) <= _MOST else f"{line[: _MOST - 200]} ... {line[-150:]}"
-
-
-def printable(words: object) -> str:
-    """Words with what no terminal should get, in names of files for example, escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(words))

@@ -101,6 +101,60 @@ def test_an_early_interrupt_shows_no_traceback():
 # --- one end for all ranks ----------------------------------------------------------------------
 
 
+@alone
+def test_paths_that_are_not_utf8(tmp_path):
+    """A folder of Latin-1, of which the forms are compiled too; stdout takes UTF-8 and nothing else."""
+    folder = os.fsdecode(os.fsencode(tmp_path) + b"/L\xf6sung")
+    os.mkdir(folder)
+    shutil.copy(SINGLE, folder)
+    given = {"PYTHONIOENCODING": "utf-8:strict", "XDG_CACHE_HOME": f"{folder}/cache"}
+    module = (sys.executable, "-m", "lobefem")
+    run = start(*module, "modes", f"{folder}/single.toml", *COARSE, "--count", "1", "--out", f"{folder}/run",
+                "--json", f"{folder}/modes.json", **given)  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    assert f"are in {tmp_path}/L\\udcf6sung/run\n" in run.stdout
+    (found,) = json.loads(Path(folder, "modes.json").read_text(encoding="utf-8"))["pressures"]
+    assert [mode["kind"] for mode in found["modes"]] == ["sway", "sway"]
+    assert found["modes"][0]["real"] == pytest.approx(87.3, rel=1e-4)
+    assert len(list(Path(folder, "cache/fenics").glob("*.so"))) > 3
+    for command in (
+        ("plot", f"{folder}/run", "--what", "modes", "--to", f"{folder}/modes.png"),
+        ("report", f"{folder}/run"),
+        ("doctor",),
+    ):
+        done = start(*module, *command, **given)
+        assert done.returncode == 0, done.stderr
+        assert f"{tmp_path}/L\\udcf6sung/" in "".join(done.stdout.splitlines())
+    missing = start(*module, "inflate", f"{folder}/none.toml", **given)
+    assert missing.returncode == 2
+    assert missing.stderr.startswith(f"lobefem: there is no design file '{tmp_path}/L\\udcf6sung/none.toml'")
+
+
+@alone
+@pytest.mark.parametrize(
+    "absent", ["dolfinx dolfinx_solver petsc4py slepc4py mpi4py cffi basix ufl ffcx", "cffi", "dolfinx"]
+)
+def test_without_dolfinx_every_way_in_says_how_to_get_it(absent):
+    """As after `pip install lobefem` without the extra."""
+    program = f"""
+        import sys
+        for name in {absent.split()}:
+            sys.modules[name] = None
+        from lobefem.cli import main
+        sys.exit(main(sys.argv[1:]))
+    """
+    for command in (
+        ("inflate", SINGLE),
+        ("modes", SINGLE, *COARSE),
+        ("critical", SINGLE),
+        ("harmonics", SINGLE),
+    ):
+        run = start(sys.executable, "-c", textwrap.dedent(program), *command)
+        assert run.stderr.startswith("lobefem: DOLFINx with PETSc cannot be imported ("), run.stderr
+        assert run.stderr.endswith("elsewhere run: pip install 'lobefem[wheel]'\n")
+        assert (run.returncode, run.stdout) == (2, "")
+
+
 _COMPILES = """
 import sys
 from pathlib import Path
