@@ -91,6 +91,7 @@ class Balloon(OnMesh, Glanceable):
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
     ) -> None:
+        checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
         require_film(film)
         parts = row(parts)
         sorted_parts = Parts.sort(parts)

@@ -14,7 +14,7 @@ import numpy as np
 
 from lobefem.errors import InputError
 
-__all__ = ["finite", "integer", "integers", "numbers", "one_of", "positive"]
+__all__ = ["finite", "having", "integer", "integers", "numbers", "one_of", "positive"]
 
 
 def finite(name: str, value: Any, unit: str) -> float:
@@ -32,6 +32,14 @@ def positive(name: str, value: Any, unit: str) -> float:
     if number <= 0.0:
         raise InputError(f"{name} is {value}; give a positive number{unit and f' [{unit}]'}")
     return number
+
+
+def having(name: str, value: Any, attribute: str, what: str) -> None:
+    """Refuse an object of another kind, by an attribute that it lacks; `what` is to be given."""
+    if not hasattr(value, attribute):
+        plain = value is None or isinstance(value, (str, int, float))
+        kind = f"the class {value.__name__}" if isinstance(value, type) else f"of type {type(value).__name__}"
+        raise InputError(f"{name} is {repr(value) if plain else kind}; give {what}")
 
 
 def integer(name: str, value: Any, least: int) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from lobefem.errors import InputError
 from lobefem.guides import BendGuide, Guide, PushedNodes, TipGuide, TwistGuide, WaveGuide
 from lobefem.plates import PlateMotion
 
-__all__ = ["Bend", "Distortion", "Tip", "Twist", "Wave"]
+__all__ = ["Bend", "Distortion", "Tip", "Twist", "Wave", "require_distortion"]
 
 
 class Distortion(ABC):
@@ -51,6 +51,13 @@ class Distortion(ABC):
             raise InputError(f"{self} needs a balloon with EndPlates")
         if not balloon.motion.moving:
             raise InputError(f"{self} needs a top plate that moves; use support 'clamped' or 'pinned'")
+
+
+def require_distortion(distortion: Any) -> None:
+    """Refuse what is no distortion, or the class of one, with an InputError."""
+    if not isinstance(distortion, Distortion):
+        told = f"the class {distortion.__name__}" if isinstance(distortion, type) else repr(distortion)
+        raise InputError(f"distortion is {told}; give one such as Tip(0.1)")
 
 
 @dataclass(frozen=True)

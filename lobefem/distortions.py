@@ -11,7 +11,7 @@ from typing import Any
 
 from lobefem import checks
 from lobefem.balloon import Balloon
-from lobefem.distortion_kinds import Bend, Distortion, Tip, Twist, Wave
+from lobefem.distortion_kinds import Bend, Distortion, Tip, Twist, Wave, require_distortion
 from lobefem.equilibrium import Equilibrium, Progress, record
 from lobefem.errors import InputError
 from lobefem.ramps import Increment, OnStep, Ramp, mid_hoop_displacement
@@ -97,6 +97,8 @@ def distort(
 
     Collective.
     """
+    checks.having("start", start, "balloon", "a state, from inflate")
+    require_distortion(distortion)
     checks.integer("steps", steps, 1)
     for name, value in (("first", first), ("min_step", min_step), ("rtol", rtol)):
         checks.positive(name, value, "")

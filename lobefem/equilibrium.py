@@ -162,8 +162,8 @@ def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
 
     Collective.
     """
-    require_pressure(balloon.film, pressure)
     require_whole(balloon)
+    require_pressure(balloon.film, pressure)
     require_drawn(balloon)
     if not balloon.prestressed:
         raise InputError("the ideal state needs a prestressed balloon; pass prestressed=True")
@@ -234,10 +234,12 @@ def inflate(
 
     Collective.
     """
+    require_whole(balloon)
     require_pressure(balloon.film, pressure)
     for name, value in (("min_step", min_step), ("rtol", rtol)):
         checks.positive(name, value, "")
-    require_whole(balloon)
+    if start is not None:
+        checks.having("start", start, "vector", "a state, such as inflate found")
     if prestress is None:
         prestress = pressure if balloon.prestressed else 0.0
     if checks.finite("prestress", prestress, "Pa") and not balloon.prestressed:
@@ -437,13 +439,15 @@ def record(
 
 
 def require_whole(balloon: Balloon) -> None:
-    """Refuse one sector of a balloon where a whole one is needed."""
+    """Refuse one sector of a balloon, or no balloon, where a whole one is needed."""
+    checks.having("balloon", balloon, "reference_area", "a Balloon")
     if balloon.surface.copies != 1:
         raise InputError("this is one sector of a balloon; mesh the whole surface (sector=False)")
 
 
 def require_drawn(balloon: Balloon) -> None:
     """Refuse supports that move nodes where the lobes are looked at as they were drawn. Collective."""
+    checks.having("balloon", balloon, "reference_area", "a Balloon")
     balloon.place(balloon.map.create_vector())
     moved = measures.largest(balloon, balloon.u.x.array.reshape(-1, 3))
     if moved > 1e-9 * math.sqrt(balloon.reference_area):  # more than round-off

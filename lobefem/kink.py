@@ -240,6 +240,7 @@ def _check(balloon: Balloon, fits: bool) -> None:
 
 def _films(balloon: Balloon) -> tuple[Film, Film, Film]:
     """Laws whose tangents at the ideal state are the wrinkled, the mean and the taut one."""
+    checks.having("balloon", balloon, "reference_area", "a Balloon")
     films = balloon.film.one_sided
     _check(balloon, films is not None)
     assert films is not None

@@ -17,8 +17,9 @@ import numpy.typing as npt
 from lobefem._axis import across
 from lobefem._glance import Glance, Glanceable, number
 from lobefem.balloon import Balloon
+from lobefem.distortion_kinds import require_distortion
 from lobefem.distortions import Distortion, Increment, distort, release_start
-from lobefem.equilibrium import Equilibrium, inflate
+from lobefem.equilibrium import Equilibrium, inflate, require_whole
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.films import require_energy
 from lobefem.flow import Ledger, Record
@@ -147,7 +148,9 @@ def perturb(
 
     Collective.
     """
+    require_whole(balloon)
     require_energy(balloon.film)
+    require_distortion(distortion)
     study = {
         "distortion": repr(distortion),
         "pressure": pressure,

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import checks
 from lobefem._glance import Glance, Glanceable, number
 from lobefem._records import Frozen
 from lobefem.balloon import Balloon
@@ -181,6 +182,7 @@ def release(
 
     Collective.
     """
+    checks.having("start", start, "balloon", "a state, from inflate or distort")
     balloon = start.balloon
     _check(start, damping, tolerance, settled, max_steps, end_time, fade)
     if fade is not None and history:

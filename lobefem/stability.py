@@ -192,6 +192,7 @@ def find_modes(
 
     Collective.
     """
+    checks.having("state", state, "balloon", "a state, from inflate or ideal_state")
     balloon = state.balloon
     asked = () if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     check_request(balloon, count, mass)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import _blocks, _dolfinx
+from lobefem import _blocks, _dolfinx, checks
 from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.equilibrium import Equilibrium
@@ -105,6 +105,7 @@ def save_state(
     Raises:
         InputError: the file system refuses.
     """
+    checks.having("state", state, "balloon", "a state, from inflate or ideal_state")
     balloon, comm = state.balloon, state.balloon.comm
     owned = balloon.V.dofmap.index_map.size_local
     x = balloon.X[:owned]

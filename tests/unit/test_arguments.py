@@ -14,15 +14,21 @@ import lobefem
 from lobefem._records import Frozen
 from lobefem.balloon import Balloon
 from lobefem.cables import Hoops
+from lobefem.chart import harmonic_chart
+from lobefem.critical import critical_pressure
 from lobefem.cyclic import sector_balloon
+from lobefem.distortions import Tip, distort
 from lobefem.equilibrium import ideal_state, inflate
 from lobefem.errors import InputError
 from lobefem.films import FixedWrinkles, Isotropic, TensionField
 from lobefem.imp import IMP, PrescribedPath
 from lobefem.kinematics import revolved_frame
+from lobefem.kink import one_sided_pressures
 from lobefem.loads import GasPressure
 from lobefem.parts import Held
+from lobefem.perturbation import perturb
 from lobefem.plates import EndPlates
+from lobefem.release import release
 from lobefem.stability import find_modes
 from lobefem.states import load_state, save_state
 from lobefem.surface import lobed_cylinder
@@ -121,6 +127,43 @@ def test_suction_is_refused_of_film_that_carries_tension_only(comm):
     shell = Balloon(surface, Isotropic(), [GasPressure("closed"), EndPlates("fixed")])
     change = [inflate(shell, p).volume - shell.reference_volume for p in (-0.1, 0.1)]
     assert change[0] == pytest.approx(-change[1], rel=1e-3)
+
+
+def test_things_of_another_kind_are_refused_in_one_sentence(comm, shared_path):
+    surface = lobed_cylinder(1, (4, 6), comm=comm)
+    balloon = Balloon(surface, Isotropic(), [GasPressure("closed"), EndPlates()], prestressed=True)
+    state = inflate(balloon, 5.0)
+    needs_balloon, needs_state = (
+        "balloon is of type Equilibrium; give a Balloon",
+        "is of type Balloon; give a state, ",
+    )
+    for act, text in (
+        (
+            lambda: Balloon(lobed_cylinder, Isotropic()),
+            "surface is of type function; give a Surface, such as lobed",
+        ),
+        (
+            lambda: Balloon(surface.mesh, Isotropic()),
+            "surface is of type Mesh; give a Surface, such as lobed_cyl",
+        ),
+        (lambda: inflate(Balloon, 5.0), "balloon is the class Balloon; give a Balloon"),
+        (lambda: inflate(None, 5.0), "balloon is None; give a Balloon"),
+        (lambda: inflate(state, 5.0), needs_balloon),
+        (lambda: ideal_state(state, 5.0), needs_balloon),
+        (lambda: critical_pressure(state), needs_balloon),
+        (lambda: harmonic_chart(state), needs_balloon),
+        (lambda: one_sided_pressures(state), needs_balloon),
+        (lambda: perturb(state, 5.0, Tip(0.1)), needs_balloon),
+        (lambda: perturb(balloon, 5.0, Tip), "distortion is the class Tip; give one such as Tip"),
+        (lambda: distort(state, 0.1), "distortion is 0.1; give one such as Tip"),
+        (lambda: distort(balloon, Tip(0.1)), needs_state),
+        (lambda: find_modes(balloon), needs_state),
+        (lambda: inflate(balloon, 5.0, start=balloon), needs_state.replace("a state, ", "a state, such as")),
+        (lambda: release(balloon), needs_state),
+        (lambda: save_state(shared_path / "state.npz", balloon), needs_state),
+    ):
+        with pytest.raises(InputError, match=text):
+            act()
 
 
 # --- records ------------------------------------------------------------------------------------
