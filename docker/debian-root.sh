@@ -1,6 +1,7 @@
 #!/bin/bash
-# The reference stack without a container engine: the packages of docker/packages.txt unpacked as a
-# Debian 13 root in .debian/, and commands run inside it with this project mounted at its own path.
+# The reference stack without a container engine: the packages of docker/packages.txt and packages-dev.txt
+# unpacked as a Debian 13 root in .debian/, and commands run inside it with this project mounted at its own
+# path.
 #
 #   docker/debian-root.sh COMMAND [ARGUMENT...]   build the root if need be, run COMMAND inside
 #   docker/debian-root.sh --build                 only build it
@@ -14,7 +15,8 @@ project=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P)
 root=$project/.debian
 mirror=${DEBIAN_MIRROR:-http://deb.debian.org/debian}
 authorities=usr/local/share/ca-certificates
-key="$(cksum <"$project/docker/packages.txt") $mirror"
+packages=$(sed 's/#.*//' "$project"/docker/packages*.txt | xargs)
+key="$(cksum <<<"$packages") $mirror"
 PATH=$PATH:/usr/sbin:/sbin # chroot, which a plain user's path may lack
 
 say() { echo "docker/debian-root.sh: $*" >&2; }
@@ -63,7 +65,7 @@ build() {
     say "unpacking Debian 13 with DOLFINx into .debian (3 GB, about two minutes)"
     options=(
         --mode=root --variant=minbase --quiet
-        --include="$(sed 's/#.*//' "$project/docker/packages.txt" | xargs | tr ' ' ,)"
+        --include="${packages// /,}"
         --dpkgopt=force-unsafe-io
         --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/doc/*'
         --dpkgopt='path-exclude=/usr/share/locale/*'

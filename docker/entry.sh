@@ -16,6 +16,10 @@ if [ -z "${PMIX_RANK:-}${PMI_RANK:-}" ]; then
 fi
 export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
 export PRTE_MCA_hwloc_default_binding_policy=none
+# Open MPI ends without a folder for its sessions, which a read-only container has there
+if [ ! -w "${TMPDIR:-/tmp}" ] && [ -w /dev/shm ]; then
+    export TMPDIR=/dev/shm
+fi
 
 if [ -n "${DISPLAY:-}" ] || ! command -v Xvfb >/dev/null; then
     exec "$@"

@@ -1,8 +1,7 @@
 """Print the requirements of pyproject.toml (with an extra) that this Python does not satisfy.
 
-`python missing.py CONSTRAINTS [EXTRA]`, EXTRA being `dev` if it is not named, also writes to the file
-CONSTRAINTS the versions of all other installed packages, so that installing the missing ones replaces
-none of them.
+`python missing.py CONSTRAINTS EXTRA`, EXTRA being "" for none, also writes to the file CONSTRAINTS the
+versions of all other installed packages, so that installing the missing ones replaces none of them.
 """
 
 import sys
@@ -16,8 +15,8 @@ from pip._vendor.packaging.version import InvalidVersion, Version
 
 project = tomllib.loads(Path("pyproject.toml").read_text())["project"]
 missing: dict[str, Requirement] = {}
-extra = sys.argv[2] if len(sys.argv) > 2 else "dev"
-for text in project["dependencies"] + project["optional-dependencies"][extra]:
+extras = [project["optional-dependencies"][name] for name in sys.argv[2:] if name]
+for text in sum(extras, project["dependencies"]):
     requirement = Requirement(text)
     if requirement.marker is not None and not requirement.marker.evaluate():
         continue

@@ -1,5 +1,6 @@
 #!/bin/sh
-# setup.sh VENV: make VENV/bin/lobefem work, quickly when it already does.
+# setup.sh VENV [EXTRA]: make VENV/bin/lobefem work, quickly when it already does; with what an extra of
+# pyproject.toml names, `dev` if none is named, none if it is "".
 #
 # Two kinds of environment, as find-python.sh decides: `system` sees the DOLFINx of its Python and
 # adds only what that lacks; `wheel` brings its own DOLFINx, PETSc, SLEPc and MPI from PyPI. The file
@@ -15,15 +16,16 @@ apt() { # install packages where that is ours to do: as root of a Debian
 }
 
 cd "$(dirname "$0")/.."
-[ $# -eq 1 ] || die "usage: docker/setup.sh VENV"
+[ $# -eq 1 ] || [ $# -eq 2 ] || die "usage: docker/setup.sh VENV [EXTRA]"
 case $1 in
 /*) venv=$1 ;;
 *) venv=$(pwd -P)/$1 ;;
 esac
 stamp=$venv/lobefem-setup
+extra=${2-dev}
 # Of pyproject.toml what comes before the first tool's settings but setuptools'.
 key="$(sed '/^\[tool\.[^s]/,$d' pyproject.toml | cat - docker/setup.sh docker/missing.py | cksum)"
-key="$key $venv ${PYTHON:-} ${KIND:-}"
+key="$key $venv ${PYTHON:-} ${KIND:-} $extra"
 
 if [ "$(sed -n 2p "$stamp" 2>/dev/null)" = "$key" ] && "$venv/bin/python" -c '' 2>/dev/null; then
     exit 0
@@ -49,14 +51,14 @@ if [ "$kind" = system ]; then
     "$python" -m venv --system-site-packages "$venv"
     # The system's versions stay: no dependency of theirs is fetched again (Debian's vtk, say, is
     # invisible to pip), and what is added must fit them.
-    "$venv/bin/python" docker/missing.py "$venv/constraints.txt" >"$venv/missing.txt"
+    "$venv/bin/python" docker/missing.py "$venv/constraints.txt" "$extra" >"$venv/missing.txt"
     if [ -s "$venv/missing.txt" ]; then
         $pip install -c "$venv/constraints.txt" -r "$venv/missing.txt"
     fi
     $pip install --no-deps -e .
 else
     "$python" -m venv "$venv"
-    $pip install -e '.[wheel,dev]'
+    $pip install -e ".[wheel${extra:+,$extra}]"
     # PyPI's Gmsh and VTK lean on the system's X11 and OpenGL libraries.
     gmsh="libgl1 libglu1-mesa libgomp1 libxcursor1 libxft2 libfontconfig1 libxinerama1 libxrender1 libxfixes3 libxext6"
     opengl="libegl1 libgl1-mesa-dri"

@@ -1,4 +1,4 @@
-"""The container without an engine: its entry point, and a read-only root."""
+"""The container without an engine: its entry point, a read-only root, what goes into the image."""
 
 import json
 import os
@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pytest
@@ -16,6 +18,7 @@ from mpi4py import MPI
 ROOT = Path(__file__).parents[2]
 ENTRY = ROOT / "docker" / "entry.sh"
 SINGLE = str(ROOT / "meshes" / "single.toml")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 # a launcher's children may not launch: MPICH and Open MPI refuse, or take them for their own
 alone = pytest.mark.skipif(
@@ -116,19 +119,19 @@ def test_the_command_has_the_display_that_there_is():
 
 @alone
 @pytest.mark.parametrize(
-    ("program", "out", "err"),
+    ("program", "display", "err"),
     [
-        (SERVER, ":4711\n", ""),
+        (SERVER, ":4711", ""),
         (
             'echo "Fatal server error:" >&2; echo "(EE) no room" >&2; exit 1',
-            "\n",
+            "",
             "docker/entry.sh: Xvfb did not start, so pictures will fail: (EE) no room\n",
         ),
     ],
 )
-def test_a_display_needs_no_folder_and_its_want_ends_nothing(tmp_path, xvfb, program, out, err):
-    process = begin("sh", "-c", 'echo "$DISPLAY"', TMPDIR=str(tmp_path / "missing"), **xvfb(program))
-    assert process.communicate(timeout=30) == (out, err)
+def test_a_missing_scratch_folder_or_display_ends_nothing(tmp_path, xvfb, program, display, err):
+    process = begin("sh", "-c", 'echo "$DISPLAY $TMPDIR"', TMPDIR=str(tmp_path / "missing"), **xvfb(program))
+    assert process.communicate(timeout=30) == (f"{display} /dev/shm\n", err)
     assert process.returncode == 0
 
 
@@ -182,3 +185,73 @@ def test_a_read_only_root_with_a_tmp_that_runs_nothing(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["converged"] is True
+
+
+# --- what goes into the image -------------------------------------------------------------------
+
+
+def is_sent(path):
+    """Whether .dockerignore lets a file through: the last pattern that fits it or a folder of it decides."""
+    parents = [path, *map(str, Path(path).parents)]
+    sent = True
+    for line in (ROOT / ".dockerignore").read_text(encoding="utf-8").splitlines():
+        pattern = line.removeprefix("!")
+        if pattern and any(fnmatchcase(parent, pattern) for parent in parents):
+            sent = line != pattern
+    return sent
+
+
+def test_only_what_the_image_needs_is_sent():
+    needed = [
+        "pyproject.toml",
+        *PROJECT["license-files"],
+        PROJECT["readme"],
+        "docker/setup.sh",
+        "docker/ca.crt",
+    ]
+    needed += ["lobefem/cli.py", "lobefem/templates/report.html", "meshes/stack4.toml", "demos/stability.py"]
+    assert [path for path in needed if not is_sent(path)] == []
+    other = [
+        ".git/HEAD",
+        ".venv/bin/python",
+        ".venv-debian/bin/python",
+        ".debian/bin/sh",
+        ".peers/a",
+        "out/a",
+    ]
+    other += [
+        "build/a",
+        "tests/unit/a.py",
+        "lobefem/__pycache__/a.pyc",
+        "docs/index.md",
+        "lobefem.egg-info/a",
+    ]
+    other += [".mypy_cache/a", "mine.toml"]
+    assert [path for path in other if is_sent(path)] == []
+
+
+def test_the_image_is_labelled_with_this_version():
+    labels = dict(
+        re.findall(r'org\.opencontainers\.image\.(\w+)="(.*?)"', (ROOT / "docker/Dockerfile").read_text())
+    )
+    assert (labels["title"], labels["version"], labels["licenses"]) == (
+        PROJECT["name"], PROJECT["version"], PROJECT["license"],
+    )  # fmt: skip
+
+
+@alone
+@pytest.mark.parametrize(
+    ("extra", "missing"), [("", ["lobefem-needs"]), ("dev", ["lobefem-needs", "lobefem-tools"])]
+)
+def test_tools_of_development_are_left_out(tmp_path, extra, missing):
+    """The image asks for no extra, the developer's set-up for `dev`."""
+    (tmp_path / "pyproject.toml").write_text(
+        '[project]\ndependencies = ["numpy", "lobefem-needs"]\n'
+        'optional-dependencies = {dev = ["lobefem-tools"]}\n'
+    )
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "docker" / "missing.py"), "constraints.txt", extra],
+        cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert done.stdout.split() == missing
+    assert "numpy==" in (tmp_path / "constraints.txt").read_text()
