@@ -1,5 +1,6 @@
 """Where the energy of a ramp goes: dead loads, film in contact, what an earlier run has written down."""
 
+import math
 from dataclasses import asdict, replace
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ from lobefem.films import TensionField
 from lobefem.flow import Ledger
 from lobefem.loads import GasPressure
 from lobefem.perturbation import Perturbed, Point, perturb
+from lobefem.perturbing import _perturbed
 from lobefem.plates import EndPlates, PlateLoad
 from lobefem.states import Checkpoint
 from lobefem.surface import lobed_cylinder
@@ -98,6 +100,25 @@ def test_first_contact_is_where_the_gap_reached_the_activation_distance(steps, p
     expected = parameter if parameter is None else pytest.approx(parameter, rel=1e-9)
     assert found.first_contact == expected
     assert len(found.ramp) == len(steps)
+
+
+@pytest.mark.parametrize("degrees", [True, False])
+def test_what_is_told_of_a_history(degrees):
+    """Parameters in the option's unit; the smallest gap, not the last; volumes of what they are called."""
+    contact = SimpleNamespace(activation=0.15)
+    original = SimpleNamespace(balloon=SimpleNamespace(contact=contact), volume=8.0)
+    ledger = Ledger(strain=3.0, contact=1.0, pressure=-2.0, constraint=10.0, damping=3.9)
+    steps = [point(0.0, 0.3, 0), point(0.5, 0.1, 5), point(1.0, 0.2, 5)]
+    end = replace(steps[-1], reaction=7.0, volume=6.0, residual=1e-9, ledger=ledger)
+    found = _perturbed(Perturbed(Bend(30.0), original, None, None, (*steps[:-1], end)), degrees)
+    one = math.degrees(1.0) if degrees else 1.0
+    assert found["first_contact"] == pytest.approx(0.375 * one)
+    assert [p["parameter"] for p in found["history"]] == pytest.approx([0.0, 0.5 * one, one])
+    assert found["smallest_gap"] == 0.1
+    assert (found["volume_original"], found["volume_imposed"], found["volume_final"]) == (8.0, 6.0, 6.0)
+    assert (found["imposed_ratio"], found["reaction"], found["residual"]) == (0.75, 7.0, 1e-9)
+    assert found["energy"] == asdict(ledger) | {"closure": ledger.closure, "error": ledger.error}
+    assert found["history"][-1]["ledger"] == asdict(ledger)
 
 
 def test_a_resumed_ramp_goes_on_with_the_ledger_that_it_had(comm):

@@ -128,6 +128,7 @@ def test_a_pinned_balloon_returns_up_to_a_turn(comm):
 def test_damping_changes_the_time_and_nothing_else(comm):
     """The paper's question about STABILIZE: a tenth and a hundredth of the damping."""
     balloon, rest = stack(comm, lobes=1)
+    assert damping_scale(balloon) == pytest.approx(5.0 / math.sqrt(balloon.reference_area))  # times a second
     start = swayed(balloon, 0.5)
     runs = [release(start, undistorted=rest, damping=c, count=1) for c in (1.0, 0.1, 0.01)]
     assert [run.outcome for run in runs] == [RETURNED] * 3

@@ -1,5 +1,6 @@
 """Modes and critical pressures: pairs, bounds, subspaces, held plates, errors."""
 
+from dataclasses import replace
 from functools import partial
 
 import builders
@@ -147,6 +148,20 @@ def test_complex_pairs_are_kept_whole(comm):
         1.0,
         rtol=1e-12,
     )
+
+
+@pytest.mark.parametrize("mass", ["unit", "nodal"])
+def test_only_what_is_zero_but_for_round_off_counts_as_a_free_turn(comm, mass):
+    """A millionth of p/sqrt(A), times a node's area where the mass is one a node."""
+    for support in ("pinned", "clamped"):
+        balloon = stack(comm, Isotropic(), lobes=2, divisions=(4, 6), prestressed=False, support=support)
+        modes = find_modes(inflate(balloon, 1000.0), 1, mass=mass)
+        scale = 1000.0 / np.sqrt(balloon.reference_area)
+        if mass == "nodal":
+            scale *= balloon.reference_area / balloon.V.dofmap.index_map.size_global
+        for value, neutral in ((-0.5e-6, True), (-2e-6, False)):
+            one = replace(modes[0], value=complex(value * scale))
+            assert replace(modes, modes=(one,)).stable is (neutral and support == "pinned")
 
 
 @pytest.mark.parametrize("lobes", [1, 2])
