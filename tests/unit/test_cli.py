@@ -104,6 +104,7 @@ def test_the_prefixes_of_petsc_options_are_those_of_the_solvers():
     assert set(_petsc.PREFIXES) == used
 
 
+@pytest.mark.slow
 def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm):
     arguments = ["modes", SINGLE, *COARSE, "--count", "1"]
     for line in (["--quiet", *arguments], [*arguments, "-q"]):

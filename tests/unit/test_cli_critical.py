@@ -28,6 +28,7 @@ def test_the_critical_pressure_depends_on_the_mesh_and_says_so(lobefem_json, cap
     assert pressures[0] > pressures[1] > 0
 
 
+@pytest.mark.slow
 def test_one_harmonic_alone_is_no_lower_than_all_of_them(lobefem_json):
     lowest, _ = lobefem_json("critical", SINGLE, "--divisions", "12x20")
     for n in (3, lowest["harmonic"]):
@@ -38,6 +39,7 @@ def test_one_harmonic_alone_is_no_lower_than_all_of_them(lobefem_json):
     assert results["critical_pressure"] == pytest.approx(lowest["critical_pressure"], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared_path):
     folder = shared_path / "chart"
     options = ("--divisions", "12x20")
@@ -56,6 +58,7 @@ def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared
     assert some["chart"][1]["critical_pressure"] == pytest.approx(chart["chart"][2]["critical_pressure"])
 
 
+@pytest.mark.slow
 def test_the_critical_pressure_along_inflated_states(lobefem_json):
     options = ("--divisions", "12x20", "--limit", "30 kPa")
     found, code = lobefem_json("critical", SINGLE, *options, "--state", "inflated")
@@ -71,6 +74,7 @@ def test_the_critical_pressure_along_inflated_states(lobefem_json):
     assert low["reason"] == "stable up to 300 Pa"
 
 
+@pytest.mark.slow
 def test_a_mesh_study_says_that_fixed_wrinkles_have_no_critical_pressure(lobefem_json, shared_path, comm):
     folder = shared_path / "study"
     meshes = ("--meshes", "12x16,18x24,24x32")

@@ -13,6 +13,7 @@ from lobefem import _dolfinx, _petsc, cli, contact, doctor, rendering
 from lobefem.errors import MissingDependencyError
 
 
+@pytest.mark.slow
 def test_a_sound_installation(capfd, comm):
     assert cli.main(["doctor"]) == 0
     lines = [line for line in capfd.readouterr().out.splitlines() if line]

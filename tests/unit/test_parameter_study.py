@@ -110,6 +110,7 @@ def test_a_switch_is_said_either_way(folder):
     assert [point.options for point in study.points] == [("--prestress",), ("--no-prestress",)]
 
 
+@pytest.mark.slow
 def test_a_sweep_runs_each_point_once_and_keeps_failures_as_rows(folder, comm, capfd, monkeypatch):
     """Six points: two designs alike, thick film refused by the design, two pressures by the command."""
     arguments = ["sweep", str(folder / "study.toml"), "--out", str(folder / "out"), "--workers", "2"]

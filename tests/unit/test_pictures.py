@@ -35,6 +35,7 @@ def seen(image):
     return len(np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0))
 
 
+@pytest.mark.slow
 def test_a_command_draws_the_modes_and_lets_them_swing(folder, shared_path, capfd):
     code = cli.main(["plot", str(folder), "--what", "modes", "--to", str(shared_path / "m.png")])
     said = capfd.readouterr().out
