@@ -87,6 +87,7 @@ def test_a_mesh_study_says_that_fixed_wrinkles_have_no_critical_pressure(lobefem
         assert (folder / "mesh_study.png").stat().st_size > 20_000
 
 
+@pytest.mark.slow
 def test_tension_field_film_has_bounds_at_its_kink(lobefem_json):
     film = ("--film", "tension-field", "--divisions", "12x20", "--support", "fixed")
     found, code = lobefem_json("critical", SINGLE, *film)
