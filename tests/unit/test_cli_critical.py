@@ -28,6 +28,7 @@ def test_the_critical_pressure_depends_on_the_mesh_and_says_so(lobefem_json, cap
     assert pressures[0] > pressures[1] > 0
 
 
+@pytest.mark.serial
 @pytest.mark.slow
 def test_one_harmonic_alone_is_no_lower_than_all_of_them(lobefem_json):
     lowest, _ = lobefem_json("critical", SINGLE, "--divisions", "12x20")
@@ -58,6 +59,7 @@ def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared
     assert some["chart"][1]["critical_pressure"] == pytest.approx(chart["chart"][2]["critical_pressure"])
 
 
+@pytest.mark.serial
 @pytest.mark.slow
 def test_the_critical_pressure_along_inflated_states(lobefem_json):
     options = ("--divisions", "12x20", "--limit", "30 kPa")
@@ -87,6 +89,7 @@ def test_a_mesh_study_says_that_fixed_wrinkles_have_no_critical_pressure(lobefem
         assert (folder / "mesh_study.png").stat().st_size > 20_000
 
 
+@pytest.mark.serial
 @pytest.mark.slow
 def test_tension_field_film_has_bounds_at_its_kink(lobefem_json):
     film = ("--film", "tension-field", "--divisions", "12x20", "--support", "fixed")

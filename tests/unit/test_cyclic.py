@@ -188,6 +188,7 @@ def test_cords_on_edges_of_ones_own_are_of_no_single_harmonic():
     assert found.pressure == pytest.approx(critical_pressure(balloon, full=True).pressure, rel=1e-9)
 
 
+@pytest.mark.serial
 @pytest.mark.slow
 def test_harmonics_that_a_sector_cannot_tell_apart_are_told_by_their_shape():
     """Quadratic cells have two nodes a sector on each ring: n and N - n have the same phase."""
@@ -258,6 +259,7 @@ def test_critical_pressure_of_a_harmonic_is_that_of_the_full_model():
     assert critical_pressure(balloon, harmonic=1).pressure > 1e5
 
 
+@pytest.mark.serial
 @pytest.mark.parametrize(("n", "continuum"), [(2, 33817.0), (3, 12935.0)])
 def test_low_harmonics_converge_to_the_continuum(n, continuum):
     """docs/theory/continuum.md: one lobe, rims held, Fourier in theta; the order is 4 in the cell size."""

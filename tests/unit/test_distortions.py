@@ -317,6 +317,7 @@ def test_increments_that_fail_are_halved_and_then_crossed_by_damped_motion(start
     assert ramp.history[-1].damping == pytest.approx(0, abs=1e-3 * ramp.history[-1].work)
 
 
+@pytest.mark.serial
 @pytest.mark.slow
 def test_film_buckles_without_gas_pressure_too(comm):
     """A damped motion has an end, and what it takes is what the work leaves of the energy gained."""
