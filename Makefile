@@ -1,12 +1,12 @@
 # make setup | demo | test | ... on this machine; with STACK=debian the same in a Debian 13 root.
 # PYTHON=/path/to/python chooses the interpreter, TESTS=tests/unit a part of the suite, WITHOUT=tests/demos the rest,
-# JOBS=1 the number of processes for tests on one rank (as many as there are cores).
+# JOBS=1 the number of processes for tests on one rank (one a core, at most 8: each may take a gigabyte).
 
 VENV ?= .venv
 STACK ?=
 TESTS ?= tests
 WITHOUT ?=
-JOBS ?= $(shell nproc)
+JOBS ?= $(shell n=$$(nproc); echo $$((n < 8 ? n : 8)))
 CASES ?= 10000
 OUT ?= out/demo
 ALL ?= out/demos

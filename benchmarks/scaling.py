@@ -252,7 +252,7 @@ def run(divisions: tuple[int, int], load: str, ranks: int, solvers: bool, limit:
         return json.loads(file.read_text(encoding="utf-8")) | {"busy": busy}
 
 
-def _with_fastest(records: list[dict[str, Any]], record: dict[str, Any]) -> list[dict[str, Any]]:
+def with_fastest(records: list[dict[str, Any]], record: dict[str, Any]) -> list[dict[str, Any]]:
     """The records with a further one, of those alike the one of least CPU time."""
     alike = [r for r in records if all(r[key] == record[key] for key in ("divisions", "load", "ranks"))]
     best = min([*alike, record], key=lambda r: r["whole"]["cpu"])
@@ -285,7 +285,7 @@ def main() -> None:
     for divisions in meshes:
         for ranks in given.ranks:
             record = run(divisions, given.load, ranks, given.solvers and ranks == 1, given.limit)
-            records = _with_fastest(records, record)
+            records = with_fastest(records, record)
             said = "{unknowns} unknowns, {ranks} rank(s): {memory:.0f} MB".format(**record)
             print(
                 f"{said}, {record['whole']['seconds']:.1f} s, CPU {record['whole']['cpu']:.1f} s", flush=True

@@ -65,6 +65,7 @@ __all__ = [
     "What",
     "Width",
     "Workers",
+    "design_files",
     "sharing",
 ]
 
@@ -91,7 +92,7 @@ def _option(name: str, metavar: str, help: str, panel: str = "The design, overri
     return typer.Option(name, metavar=metavar, help=help, show_default=False, rich_help_panel=panel)
 
 
-def _design_files(incomplete: str) -> list[str]:
+def design_files(incomplete: str) -> list[str]:
     """What can go on from some first letters to a design file; a lone folder gives what is in it."""
     folder = Path(incomplete) if incomplete.endswith("/") or not incomplete else Path(incomplete).parent
     try:
@@ -101,7 +102,7 @@ def _design_files(incomplete: str) -> list[str]:
     names = [f"{path}/" if path.is_dir() else str(path) for path in found]
     fitting = [n for n in names if n.endswith(("/", ".toml")) and n.startswith(incomplete)]
     if len(fitting) == 1 and fitting[0].endswith("/"):
-        return _design_files(fitting[0])
+        return design_files(fitting[0])
     return fitting
 
 
@@ -109,7 +110,7 @@ _RUN, _OUTPUT, _PICTURE = "The run", "Output", "The picture"
 Text = str | None
 DesignFile = Annotated[
     Path,
-    typer.Argument(metavar="DESIGN.toml", help="Design file, see meshes/.", autocompletion=_design_files),
+    typer.Argument(metavar="DESIGN.toml", help="Design file, see meshes/.", autocompletion=design_files),
 ]
 FilmLaw = Annotated[
     Text, _option("--film", "LAW", "isotropic, fixed-wrinkles, tension-field, imp or load-path.")

@@ -33,6 +33,7 @@ __all__ = [
     "mode_caption",
     "mode_panel",
     "mode_shapes",
+    "spread_labels",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -207,12 +208,12 @@ def _label_ends(
     figure.set_layout_engine("none")
     to_points = 72 / figure.dpi
     at = axes.transData.transform([(last, value) for value, _ in ends])[:, 1] * to_points
-    wanted = _spread(at, 7.0, axes.bbox.y0 * to_points, axes.bbox.y1 * to_points)
+    wanted = spread_labels(at, 7.0, axes.bbox.y0 * to_points, axes.bbox.y1 * to_points)
     for text, offset in zip(texts, wanted - at, strict=True):
         text.xyann = (9, offset)
 
 
-def _spread(y: Array, gap: float, bottom: float, top: float) -> Array:
+def spread_labels(y: Array, gap: float, bottom: float, top: float) -> Array:
     """Positions near to the ascending `y` that keep a gap and stay inside."""
     out = np.array(y, dtype=float)
     for _ in range(500):

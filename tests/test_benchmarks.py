@@ -134,7 +134,7 @@ def test_a_scaling_run_tells_time_memory_and_the_same_answer(tmp_path):
     assert found["tangents"] >= 2
     assert found["lowest"][0] == pytest.approx(found["lowest"][1], rel=1e-6)  # a pair of sways
     assert all(row["residual"] < 1e-4 for row in found["solvers"])
-    kept = scaling._with_fastest([found], found | {"whole": {"cpu": 1e9}})
+    kept = scaling.with_fastest([found], found | {"whole": {"cpu": 1e9}})
     assert kept == [found]
     scaling_report.write_report(tmp_path, [found])
     assert f"| {found['unknowns']} | 1 |" in (tmp_path / "scaling.md").read_text()

@@ -34,14 +34,18 @@ def nodes(balloon):
     return balloon.V.tabulate_dof_coordinates()
 
 
-def cell_strains(balloon, q):
-    """Principal strains (cells, 2), minor first, of this rank's linear triangles at q."""
-    balloon.place(q)
+def cell_strains(balloon):
+    """A function of q: principal strains (cells, 2), minor first, of this rank's linear triangles."""
     W = fem.functionspace(balloon.mesh, ("DG", 0, (2, 2)))
     strain = fem.Function(W)
-    points = _dolfinx.interpolation_points(W.element)
-    strain.interpolate(fem.Expression(ufl.as_tensor(balloon.forms.strain), points))
-    return np.linalg.eigvalsh(strain.x.array.reshape(-1, 2, 2))
+    expression = fem.Expression(ufl.as_tensor(balloon.forms.strain), _dolfinx.interpolation_points(W.element))
+
+    def at(q):
+        balloon.place(q)
+        strain.interpolate(expression)
+        return np.linalg.eigvalsh(strain.x.array.reshape(-1, 2, 2))
+
+    return at
 
 
 def kink_distance(strains, nu):

@@ -53,13 +53,13 @@ def state_and_direction(balloon):
     """
     balloon.set_loads(PRESSURE, PRESSURE / 2 if balloon.prestressed else 0.0)
     kinked = isinstance(balloon.film, TensionField)
-    best = (-1.0, None, None)
+    strains, best = cell_strains(balloon), (-1.0, None, None)
     for seed in range(10, 34 if kinked else 11):
         q, d = _random_state(balloon, seed)
-        here = cell_strains(balloon, q)
+        here = strains(q)
         there = q.copy()
         there.axpy(1e-5, d)
-        rate = np.abs(cell_strains(balloon, there) - here).max(axis=1) / 1e-5
+        rate = np.abs(strains(there) - here).max(axis=1) / 1e-5
         limit = 2e-3 / rate.max(initial=1e-300)
         if kinked:
             minor, major = here.T

@@ -104,6 +104,7 @@ def test_the_prefixes_of_petsc_options_are_those_of_the_solvers():
     assert set(_petsc.PREFIXES) == used
 
 
+@pytest.mark.slow
 def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm):
     arguments = ["modes", SINGLE, *COARSE, "--count", "1"]
     for line in (["--quiet", *arguments], [*arguments, "-q"]):
@@ -367,9 +368,9 @@ def test_completion_knows_commands_options_and_design_files(shared_path, monkeyp
             (shared_path / name).touch()
     comm.Barrier()
     monkeypatch.chdir(shared_path)
-    assert options._design_files("") == ["designs/one.toml", "designs/two.toml"]
-    assert options._design_files("designs/t") == ["designs/two.toml"]
-    assert options._design_files("none/") == []
+    assert options.design_files("") == ["designs/one.toml", "designs/two.toml"]
+    assert options.design_files("designs/t") == ["designs/two.toml"]
+    assert options.design_files("none/") == []
     monkeypatch.setenv("_LOBEFEM_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_CWORD", "2")
     monkeypatch.setenv("COMP_WORDS", "lobefem modes --cou")

@@ -31,6 +31,8 @@ def test_the_critical_pressure_depends_on_the_mesh_and_says_so(lobefem_json, cap
     assert pressures[0] > pressures[1] > 0
 
 
+@pytest.mark.serial
+@pytest.mark.slow
 def test_one_harmonic_alone_is_no_lower_than_all_of_them(lobefem_json):
     lowest, _ = lobefem_json("critical", SINGLE, "--divisions", "12x20")
     for n in (3, lowest["harmonic"]):
@@ -41,6 +43,7 @@ def test_one_harmonic_alone_is_no_lower_than_all_of_them(lobefem_json):
     assert results["critical_pressure"] == pytest.approx(lowest["critical_pressure"], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared_path):
     folder = shared_path / "chart"
     options = ("--divisions", "12x20")
@@ -59,6 +62,8 @@ def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared
     assert some["chart"][1]["critical_pressure"] == pytest.approx(chart["chart"][2]["critical_pressure"])
 
 
+@pytest.mark.serial
+@pytest.mark.slow
 def test_the_critical_pressure_along_inflated_states(lobefem_json):
     options = ("--divisions", "12x20", "--limit", "30 kPa")
     found, code = lobefem_json("critical", SINGLE, *options, "--state", "inflated")
@@ -74,6 +79,7 @@ def test_the_critical_pressure_along_inflated_states(lobefem_json):
     assert low["reason"] == "stable up to 300 Pa"
 
 
+@pytest.mark.slow
 def test_a_mesh_study_says_that_fixed_wrinkles_have_no_critical_pressure(lobefem_json, shared_path, comm):
     folder = shared_path / "study"
     meshes = ("--meshes", "12x16,18x24,24x32")
@@ -86,6 +92,8 @@ def test_a_mesh_study_says_that_fixed_wrinkles_have_no_critical_pressure(lobefem
         assert (folder / "mesh_study.png").stat().st_size > 20_000
 
 
+@pytest.mark.serial
+@pytest.mark.slow
 def test_tension_field_film_has_bounds_at_its_kink(lobefem_json):
     film = ("--film", "tension-field", "--divisions", "12x20", "--support", "fixed")
     found, code = lobefem_json("critical", SINGLE, *film)

@@ -32,6 +32,8 @@ def test_the_law_that_takes_over_keeps_the_load_paths_shape(lobefem_json):
     assert abs(kept["volume"] - path["volume"]) < 0.1 * abs(bare["volume"] - path["volume"])
 
 
+@pytest.mark.serial
+@pytest.mark.slow
 def test_a_balloon_that_a_load_path_set_up_is_distorted_and_returns(lobefem_json):
     results, code = lobefem_json(
         "perturb", STACK, *COARSE, *PATH, "--load", "closed", "--bend", "2", "--steps", "2", "--release"

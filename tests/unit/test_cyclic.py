@@ -95,6 +95,7 @@ def test_all_harmonics_together_are_the_full_model(case):
     assert np.allclose(lowest, own.real, rtol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", ["unit", "nodal"])
 @pytest.mark.parametrize("case", CASES)
 def test_modes_by_harmonics_are_those_of_the_full_model(case, mass):
@@ -111,6 +112,7 @@ def test_modes_by_harmonics_are_those_of_the_full_model(case, mass):
     assert B.getSize()[0] == balloon.map.size
 
 
+@pytest.mark.slow
 def test_modes_of_an_inflated_state_by_harmonics():
     balloon = build(film=TensionField(), load="film", divisions=(6, 10), prestressed=False)
     state = inflate(balloon, 500.0)
@@ -191,6 +193,8 @@ def test_cords_on_edges_of_ones_own_are_of_no_single_harmonic():
     assert found.pressure == pytest.approx(critical_pressure(balloon, full=True).pressure, rel=1e-9)
 
 
+@pytest.mark.serial
+@pytest.mark.slow
 def test_harmonics_that_a_sector_cannot_tell_apart_are_told_by_their_shape():
     """Quadratic cells have two nodes a sector on each ring: n and N - n have the same phase."""
     surface = lobed_cylinder(1, (12, 24), order=2)
@@ -287,6 +291,7 @@ def test_a_vector_of_one_harmonic_is_one_of_the_full_model():
         assert np.hypot(K_x.norm(), K_y.norm()) < 1e-7 * norm
 
 
+@pytest.mark.slow
 def test_critical_pressure_of_a_harmonic_is_that_of_the_full_model():
     balloon = build(lobes=1, divisions=(12, 20), load="film", film=FixedWrinkles())
     full = critical_pressure(balloon, full=True)
@@ -306,6 +311,7 @@ def test_critical_pressure_of_a_harmonic_is_that_of_the_full_model():
     assert critical_pressure(balloon, harmonic=1).pressure > 1e5
 
 
+@pytest.mark.serial
 @pytest.mark.parametrize(("n", "continuum"), [(2, 33817.0), (3, 12935.0)])
 def test_low_harmonics_converge_to_the_continuum(n, continuum):
     """docs/theory/continuum.md: one lobe, rims held, Fourier in theta; the order is 4 in the cell size."""

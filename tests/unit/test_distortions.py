@@ -280,6 +280,7 @@ def test_a_softer_balloon_under_a_constraint_is_stiffer(start):
 # --- increments --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_each_step_is_handed_on_and_can_be_gone_on_from(start):
     seen = []
     whole = distort(start, Tip(0.04), steps=4, rtol=1e-11, on_step=lambda *step: seen.append(step))
@@ -302,6 +303,7 @@ def test_each_step_is_handed_on_and_can_be_gone_on_from(start):
         assert again.reaction == pytest.approx(whole.reaction, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_increments_that_fail_are_halved_and_then_crossed_by_damped_motion(start):
     """Two Newton iterations do for a small increment only; where the damped motion ends is the same."""
     said = []
@@ -315,6 +317,8 @@ def test_increments_that_fail_are_halved_and_then_crossed_by_damped_motion(start
     assert ramp.history[-1].damping == pytest.approx(0, abs=1e-3 * ramp.history[-1].work)
 
 
+@pytest.mark.serial
+@pytest.mark.slow
 def test_film_buckles_without_gas_pressure_too(comm):
     """A damped motion has an end, and what it takes is what the work leaves of the energy gained."""
     surface = cylinder(1.0, 2.0, (4, 10), comm=comm)
@@ -363,6 +367,7 @@ def test_round_off_of_stiff_hoops_counts_as_converged(comm):
     assert 1e-14 < ramp.state.relative_residual < 1e-7
 
 
+@pytest.mark.slow
 def test_the_serial_answer(comm):
     def run(one):
         start = inflate(stack(one, TensionField(slack_stiffness=1e-4), lobes=2, divisions=(4, 8)), 50.0)

@@ -15,6 +15,7 @@ from lobefem.errors import MissingDependencyError
 from lobefem.surface import lobed_cylinder
 
 
+@pytest.mark.slow
 def test_a_sound_installation(capfd, comm):
     assert cli.main(["doctor"]) == 0
     lines = [line for line in capfd.readouterr().out.splitlines() if line]

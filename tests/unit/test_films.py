@@ -13,6 +13,7 @@ from lobefem.films import FILMS, FixedWrinkles, Isotropic, TensionField, Wrinkle
 pytestmark = pytest.mark.serial
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
 def test_tension_field_stress_is_the_three_way_test(state):
     stress = {"taut": plane_stress, "wrinkled": wrinkled_stress, "slack": np.zeros_like}[state]
@@ -25,6 +26,7 @@ def test_tension_field_stress_is_the_three_way_test(state):
         assert w == pytest.approx((s * strain).sum() / 2, rel=1e-12, abs=1e-14 * scale**2 / ET)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("state", STATES)
 def test_tension_field_tangent_in_principal_axes(state):
     """diag(E t, 0, N1/(2(e1 - e2))) on (11, 22, gamma) when wrinkled: eq. 11 is the secant only."""
@@ -54,6 +56,7 @@ def test_one_sided_tangents_at_the_boundary_of_taut_and_wrinkled():
     assert C[0, 1, 0, 1] == pytest.approx(ET / (2 * (1 + NU)))
 
 
+@pytest.mark.slow
 def test_wrinkled_field_is_the_tension_field_but_for_taut_film():
     wrinkled, field = WrinkledField(slack_stiffness=1e-3), TensionField(slack_stiffness=1e-3)
     for major, minor, same in ((2e-3, -1e-3, True), (-1e-3, -2e-3, True), (2e-3, 1e-3, False)):
@@ -75,6 +78,7 @@ def test_secant_and_tangent_differ_where_the_direction_turns():
         assert C[0, 1, 0, 1] == pytest.approx(ET * factor, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_tension_field_is_continuous_in_stress_between_states():
     law = TensionField(slack_stiffness=0)
     for border, across in (
@@ -86,6 +90,7 @@ def test_tension_field_is_continuous_in_stress_between_states():
         assert np.abs(low[2] - high[2]).max() > 0.5 * ET  # and the tangent jumps
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 1e-6, 1e-4])
 def test_unstrained_and_evenly_strained_film_has_no_singular_root(share):
     law = TensionField(slack_stiffness=share)
@@ -97,6 +102,7 @@ def test_unstrained_and_evenly_strained_film_has_no_singular_root(share):
         assert math.isfinite(w)
 
 
+@pytest.mark.slow
 def test_slack_stiffness_blends_the_isotropic_energy():
     share = 1e-3
     for state in STATES:
@@ -128,6 +134,7 @@ def test_fixed_wrinkles_carry_along_the_meridian_only():
             np.testing.assert_allclose(C, expected, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_frame_does_not_matter_to_the_laws_without_a_direction():
     for law in (Isotropic(), TensionField(slack_stiffness=1e-4)):
         for state in STATES:

@@ -130,6 +130,7 @@ def test_grading_is_the_lobes_and_not_the_cylinders(comm):
     assert graded.grading == 0.3
 
 
+@pytest.mark.slow
 def test_a_mesh_too_coarse_for_a_lobe_is_told_with_its_state(comm):
     with pytest.raises(ConvergenceError, match=r"off every lobe without hoop stress; try more div") as caught:
         find_form(cylinder(2.0, 4.19, (2, 3), order=2, comm=comm), 60.0)
@@ -145,6 +146,7 @@ def test_the_start_does_not_choose_the_form(form, comm):
     np.testing.assert_allclose(again.displacement, form.state.displacement, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mesh", [{}, {"cell": "quadrilateral", "order": 2}, {"diagonals": "alternating"}])
 def test_row_means_tell_lobes_and_rows_apart(comm, mesh):
     """The ideal state's N_phi = c p/R falls from each edge to each equator."""

@@ -44,6 +44,7 @@ STRESS = {"taut": plane_stress, "wrinkled": wrinkled_stress, "slack": np.zeros_l
 few = settings(deadline=None, max_examples=40, derandomize=True)
 
 
+@pytest.mark.slow
 @pytest.mark.serial
 @few
 @given(strains())
@@ -65,6 +66,7 @@ def test_derivative_of_the_stress_is_the_tension_fields_tangent(state):
         np.testing.assert_allclose(found[2], expected[2], rtol=0, atol=1e-11 * ET)
 
 
+@pytest.mark.slow
 @pytest.mark.serial
 @few
 @given(strains(), strains())
@@ -123,6 +125,7 @@ def test_prescribed_path_is_no_gradient_and_jumps():
         np.testing.assert_allclose(difference, [[0, 0], [0, jump]], rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.serial
 @few
 @given(
@@ -160,6 +163,7 @@ def strained(balloon):
     return q
 
 
+@pytest.mark.slow
 def test_residual_and_tangent_are_those_of_the_tension_field(comm):
     surface = lobed_cylinder(2, (4, 8), cell="quadrilateral", comm=comm)
     found = []

@@ -128,6 +128,7 @@ def test_with_slack_the_tangent_is_smooth_and_wrinkled(comm):
     assert other.norm() < 1e-12 * K.norm()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("harmonic", [2, 4, None])
 def test_critical_pressures_are_ordered(pressures, harmonic):
     found = pressures[harmonic]
@@ -135,6 +136,7 @@ def test_critical_pressures_are_ordered(pressures, harmonic):
     assert found.bounds == (found.wrinkled.pressure, found.mean.pressure)
 
 
+@pytest.mark.slow
 def test_the_taut_branch_is_isotropic_and_the_lowest_of_all_is_no_higher(comm, pressures):
     isotropic = critical_pressure(balloon_of(comm, Isotropic()), harmonic=2).pressure
     assert pressures[2].taut.pressure == pytest.approx(isotropic, rel=1e-8)
@@ -142,6 +144,7 @@ def test_the_taut_branch_is_isotropic_and_the_lowest_of_all_is_no_higher(comm, p
         assert of_all <= of_one * (1 + 1e-8)
 
 
+@pytest.mark.slow
 def test_critical_pressure_with_slack(comm, pressures):
     """It falls with the slack, tends to the wrinkled branch's, and is where K(p) turns indefinite."""
     previous = pressures[4].wrinkled.pressure

@@ -78,6 +78,7 @@ def test_harmonics_that_a_coarse_mesh_lacks_are_left_out():
 # --- studies ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_fixed_wrinkles_do_not_converge_and_the_study_says_so(wrinkled):
     assert wrinkled.lowest.behaviour == "falls"
     assert wrinkled.around == (24, 32, 40, 48)
@@ -90,12 +91,14 @@ def test_fixed_wrinkles_do_not_converge_and_the_study_says_so(wrinkled):
     assert "tends to 0: in the continuum this film has no critical pressure, since from n = 7 on" in text
 
 
+@pytest.mark.slow
 def test_the_papers_pressure_is_placed_on_the_curve(wrinkled):
     assert wrinkled.published == 4600
     assert wrinkled.published_around == pytest.approx(35, abs=0.5)
     assert "The published 4600 Pa is the value at 35 divisions around" in " ".join(wrinkled.verdict)
 
 
+@pytest.mark.slow
 def test_low_harmonics_converge_to_the_continuum(wrinkled):
     for n in (2, 3, 4):
         one, exact = wrinkled.low[n], wrinkled.continuum[0].pressures[n]
@@ -106,6 +109,7 @@ def test_low_harmonics_converge_to_the_continuum(wrinkled):
     assert re.search(said, " ".join(wrinkled.verdict))
 
 
+@pytest.mark.slow
 def test_bounds_of_other_films_are_named(wrinkled):
     own, kink, mean, isotropic = wrinkled.continuum
     assert (own.unstable_from, kink.unstable_from, mean.unstable_from) == (7, 13, None)
@@ -115,6 +119,7 @@ def test_bounds_of_other_films_are_named(wrinkled):
     assert "between 0 Pa (wrinkled side) and 126.1 kPa (mean of both sides)" in text
 
 
+@pytest.mark.slow
 def test_isotropic_film_converges():
     study = mesh_study(maker(Isotropic()), ((24, 32), (36, 48), (48, 64)), harmonics=(2, 3))
     assert study.lowest.behaviour == "converges"
@@ -124,12 +129,14 @@ def test_isotropic_film_converges():
     assert not any("tends to 0" in sentence for sentence in study.verdict)
 
 
+@pytest.mark.slow
 def test_other_film_has_no_published_pressure():
     meshes = ((6, 8), (9, 12), (12, 16))
     assert mesh_study(maker(FixedWrinkles(thickness=8e-5)), meshes, harmonics=()).published is None
     assert mesh_study(maker(FixedWrinkles()), meshes, harmonics=()).published == 4600
 
 
+@pytest.mark.slow
 def test_a_stack_has_its_own_published_pressure():
     study = mesh_study(maker(FixedWrinkles(), lobes=4), ((18, 24), (24, 32), (30, 40)), harmonics=(2,))
     assert study.published == 3000
@@ -140,6 +147,7 @@ def test_a_stack_has_its_own_published_pressure():
     assert "The published 1 Pa lies outside the pressures of these meshes." in elsewhere.verdict
 
 
+@pytest.mark.slow
 def test_the_figure_shows_every_curve(wrinkled, shared_path):
     figure = refinement(wrinkled)
     (axes,) = figure.axes

@@ -110,6 +110,7 @@ def test_a_switch_is_said_either_way(folder):
     assert [point.options for point in study.points] == [("--prestress",), ("--no-prestress",)]
 
 
+@pytest.mark.slow
 def test_a_sweep_runs_each_point_once_and_keeps_failures_as_rows(folder, comm, capfd, monkeypatch):
     """Six points: two designs alike, thick film refused by the design, two pressures by the command."""
     arguments = ["sweep", str(folder / "study.toml"), "--out", str(folder / "out"), "--workers", "2"]
@@ -153,8 +154,6 @@ def test_a_sweep_runs_each_point_once_and_keeps_failures_as_rows(folder, comm, c
 @pytest.mark.serial
 @pytest.mark.parametrize(("code", "said"), [(-9, "signal 9"), (143, "said nothing"), (2, "said nothing")])
 def test_a_process_that_dies_is_a_row_and_not_kept(folder, monkeypatch, code, said):
-    if MPI.COMM_WORLD.rank:
-        return  # no ranks are involved
     study = load(folder / "study.toml", {"inflate": {"film"}})
     died = subprocess.CompletedProcess([], code, "", "")
     monkeypatch.setattr(parameter_runs.subprocess, "run", lambda *a, **k: died)

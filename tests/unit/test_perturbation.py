@@ -37,6 +37,7 @@ def stack(load="closed", support="pinned", contact=False):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("load", "support"), [("closed", "pinned"), pytest.param("film", "clamped", marks=pytest.mark.serial)]
 )
@@ -81,6 +82,7 @@ def whole():
     return perturb(stack(support="clamped"), 5.0, Bend(6.0), let_go=True, steps=4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stop", [2, 12, *(pytest.param(n, marks=pytest.mark.serial) for n in (5, 20))])
 def test_a_stopped_study_goes_on_and_ends_alike(whole, shared_path, stop):
     file, count = shared_path / "kept.npz", 0
@@ -122,6 +124,7 @@ def test_only_the_same_study_goes_on(shared_path):
         perturb(balloon, 5.0, Tip(0.2), steps=4, resume=resume)
 
 
+@pytest.mark.slow
 def test_the_command(capfd, shared_path, comm):
     folder = shared_path / "run"
     code = cli.main([*STACK, "--bend", "4", "--steps", "6", "--release", "--out", str(folder), "--json", "-"])
@@ -159,6 +162,7 @@ def test_the_command(capfd, shared_path, comm):
     assert again["volume_imposed"] == results["volume_imposed"]
 
 
+@pytest.mark.slow
 def test_the_state_that_a_distortion_ends_at_can_be_read_back(capfd, shared_path, comm):
     folder = shared_path / "run"
     arguments = [*STACK, "--tip-displacement", "0.05", "--steps", "2", "--out", str(folder), "--json", "-"]

@@ -18,7 +18,7 @@ from lobefem import (
 from lobefem._skin import facing, gather, normals, outline, polygons
 from lobefem.branches import Branch, follow
 from lobefem.errors import InputError
-from lobefem.plotting import _spread, eigenvalue_curves, mode_caption, mode_panel, mode_shapes
+from lobefem.plotting import eigenvalue_curves, mode_caption, mode_panel, mode_shapes, spread_labels
 from lobefem.rendering import render_modes
 from lobefem.shapes import blank, paint, window
 
@@ -76,7 +76,7 @@ def test_sways_are_seen_from_the_side(modes):
 
 
 def test_labels_are_pushed_apart_and_stay_inside():
-    placed = _spread(np.array([0.0, 1.0, 1.5, 50.0]), 7.0, 0.0, 60.0)
+    placed = spread_labels(np.array([0.0, 1.0, 1.5, 50.0]), 7.0, 0.0, 60.0)
     assert (np.diff(placed) > 6.9).all()
     assert placed.min() >= 0
     assert placed.max() <= 60

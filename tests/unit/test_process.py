@@ -45,6 +45,7 @@ def test_help_loads_nothing_heavy():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [["inflate"], ["modes", "--film", "isotropic", "--count", "2"]])
 def test_a_solve_loads_nothing_that_it_does_not_need(command):
     program = textwrap.dedent(f"""
@@ -59,12 +60,14 @@ def test_a_solve_loads_nothing_that_it_does_not_need(command):
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+@pytest.mark.slow
 def test_a_process_prints_json_alone():
     done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, *COARSE, "--json", "-")
     assert done.returncode == 0
     assert json.loads(done.stdout)["converged"] is True
 
 
+@pytest.mark.slow
 def test_a_process_ends_with_the_exit_code():
     done = start(sys.executable, "-m", "lobefem", "inflate", SINGLE, "--film", "rubber")
     assert (done.returncode, done.stdout) == (2, "")

@@ -75,6 +75,7 @@ CASES = {
 KINDS = [Tip(0.1), Bend(8.0), Twist(5.0), Wave(2, 0.1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("case", CASES)
 def test_reduced_tangent_is_the_product(comm, case, order):

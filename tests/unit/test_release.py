@@ -48,6 +48,7 @@ def swayed(balloon, degrees, pressure=5.0):
     return Moment(balloon, pressure, pressure, q.array.copy())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", ["closed", "film"])
 def test_a_stable_balloon_returns(comm, load):
     balloon, rest = stack(comm, load)
@@ -71,6 +72,7 @@ def test_a_stable_balloon_returns(comm, load):
     assert all(b.time == pytest.approx(a.time + b.step) for a, b in pairwise(found.history))
 
 
+@pytest.mark.slow
 def test_the_ledger_closes_and_nothing_but_damping_takes_energy(comm):
     balloon, rest = stack(comm)
     found = release(swayed(balloon, 1.0), undistorted=rest, tolerance=2e-4)
@@ -86,6 +88,7 @@ def test_the_ledger_closes_and_nothing_but_damping_takes_energy(comm):
     assert all(a.ledger.damping <= b.ledger.damping for a, b in pairwise(found.history))
 
 
+@pytest.mark.slow
 def test_film_load_works_on_the_plates_centres(comm):
     """p dV is not all the work of a `film` load: without the plates' share the ledger stays open."""
     balloon, rest = stack(comm, "film")
@@ -124,6 +127,7 @@ def test_a_pinned_balloon_returns_up_to_a_turn(comm):
     assert np.abs(found.modes.values[:2]).max() < 1e-6 < found.lowest
 
 
+@pytest.mark.slow
 @pytest.mark.serial
 def test_damping_changes_the_time_and_nothing_else(comm):
     """The paper's question about STABILIZE: a tenth and a hundredth of the damping."""
@@ -222,6 +226,7 @@ class Killed(KeyboardInterrupt):
     """A run that ends at any moment."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [0, 1, 7])
 def test_a_killed_run_goes_on_through_the_same_steps(comm, steps):
     balloon, rest = stack(comm, "film", "pinned", divisions=(4, 6))
@@ -251,6 +256,7 @@ def test_a_killed_run_goes_on_through_the_same_steps(comm, steps):
     assert resumed.history[-1].iterations == whole.history[-1].iterations
 
 
+@pytest.mark.slow
 def test_ranks_agree_with_one(comm):
     runs = []
     for group in (comm, MPI.COMM_SELF):
@@ -291,6 +297,7 @@ def test_numbers_out_of_range_are_refused(comm, change, text):
         release(empty)
 
 
+@pytest.mark.slow
 @pytest.mark.serial
 def test_solving_each_step_roughly_leads_the_same_way(comm, monkeypatch):
     balloon, rest = stack(comm)
@@ -307,6 +314,7 @@ def test_solving_each_step_roughly_leads_the_same_way(comm, monkeypatch):
     assert rough.ledger.damping == pytest.approx(exact.ledger.damping, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_round_off_of_stiff_hoops_does_not_end_a_motion(comm):
     """Hoops a thousand times the paper's, moved by decimetres, cannot be balanced to 1e-8 of the load."""
     surface = lobed_cylinder(2, (4, 8), comm=comm)

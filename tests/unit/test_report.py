@@ -89,6 +89,7 @@ class Outline(HTMLParser):
         assert not any(name.startswith("on") for name in given)
 
 
+@pytest.mark.slow
 def test_the_command_and_its_refusals(run, capfd):
     """On any number of ranks; --report has been given to the run itself."""
     assert (run / report.FILE).is_file()
@@ -100,6 +101,7 @@ def test_the_command_and_its_refusals(run, capfd):
     assert err == "lobefem: --report is written into the folder of --out; give one\n"
 
 
+@pytest.mark.slow
 @alone
 def test_the_page_is_whole_and_sane(run):
     """Nothing from outside, one h1, no heading level left out, captions and alts, warnings first."""
@@ -130,6 +132,7 @@ def test_the_page_is_whole_and_sane(run):
     assert len(text.encode()) < 15e6
 
 
+@pytest.mark.slow
 @alone
 def test_what_is_printed_is_not_run(tmp_path):
     """Markup in a folder's name, a design or results stays text, and a policy forbids other scripts."""
@@ -214,6 +217,7 @@ def test_round_off_has_no_map(tmp_path):
     assert "hoop N_h from 0 to 0 N/m" in first.alt
 
 
+@pytest.mark.slow
 @alone
 def test_a_modes_number_is_the_tables(tmp_path):
     """Also where not all modes of the table are stored."""
@@ -326,6 +330,7 @@ def photograph(url, picture, size, *options):
     pytest.fail("Chromium took no picture in a minute, three times")
 
 
+@pytest.mark.slow
 @alone
 @pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")
 def test_in_a_browser(run):

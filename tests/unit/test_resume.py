@@ -53,6 +53,7 @@ def plain(results):
     return pytest.approx(results, rel=1e-8, abs=1e-12) if isinstance(results, float) else results
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stop", "arguments"),
     [
@@ -81,6 +82,7 @@ def test_a_run_that_was_stopped_ends_alike(lobefem_json, capfd, comm, keeps, sha
     assert keeps.number <= total - stop + 1
 
 
+@pytest.mark.slow
 def test_only_the_same_study_goes_on_and_other_versions_are_told(refused, lobefem_json, comm, shared_path):
     folder = str(shared_path / "run")
     assert lobefem_json(*MODES, "--out", folder)[1] == 0
@@ -134,6 +136,7 @@ def start(*command):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 @alone
 @pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
 def test_a_signal_stops_at_the_last_step_and_says_where(tmp_path, number, word):

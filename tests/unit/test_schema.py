@@ -26,6 +26,7 @@ RUNS = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 def test_every_key_is_described_and_every_description_has_its_key(comm, shared_path):
     file = shared_path / "results.json"
     used = set()

@@ -39,6 +39,7 @@ def dense(matrix):
     return np.concatenate(comm.allgather(block))
 
 
+@pytest.mark.slow
 def test_stiff_hoops_do_not_hide_a_load_without_potential(comm):
     """At 5 Pa on 0.05 m the load's asymmetry is below the round-off of the hoops' 5e11 N/m."""
     surface = lobed_cylinder(2, (4, 8), shape=Isotensoid.from_edge_radius(0.05), comm=comm)

@@ -187,6 +187,7 @@ def test_structured_volume_and_area_converge(comm, cell, order, expected):
     np.testing.assert_allclose(rates[-1], expected, atol=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.serial
 @pytest.mark.parametrize("cell", ["triangle", "quadrilateral"])
 @pytest.mark.parametrize(("order", "expected"), [(1, 2.0), (2, 4.0)])
@@ -300,6 +301,7 @@ def test_alternating_diagonals_change_from_cell_to_cell(comm):
     assert diagonals_of(surface, 8) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.serial
 @pytest.mark.parametrize("truncation", [0.05, 0.3, 0.599])
 @pytest.mark.parametrize("layout", [{"divisions": (6, 10)}, {"layout": "unstructured", "size": 0.3}])
@@ -312,6 +314,7 @@ def test_any_truncation_can_be_meshed(comm, truncation, layout):
     assert area(surface) == pytest.approx(2 * shape.area, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_more_than_a_hundred_lobes_keep_their_groups_apart(comm):
     surface = lobed_cylinder(103, (2, 4), comm=comm)
     assert len(set(surface.groups.values())) == len(surface.groups) == 103 + 102 + 2

@@ -79,6 +79,7 @@ def sideways_stiffness(h, height, step=1e-4):
     return (energy(step) - 2 * energy(0.0) + energy(-step)) / step**2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", ["closed", "film"])
 def test_a_shallow_roof_snaps_at_its_limit_point(comm, load):
     height = 0.15
@@ -96,6 +97,7 @@ def test_a_shallow_roof_snaps_at_its_limit_point(comm, load):
     assert all(value > 0 for p, value in found.visited if abs(p) < abs(exact))
 
 
+@pytest.mark.slow
 def test_a_steep_roof_goes_sideways_first(comm):
     height = 2.0
     h = brentq(sideways_stiffness, 0.6 * height, height, args=(height,))
@@ -216,6 +218,7 @@ def test_the_ideal_path_has_the_pencils_critical_pressure(load):
     assert found.divisions == (6, 16)
 
 
+@pytest.mark.slow
 def test_the_inflated_path_loses_stability_between_two_states_of_its_own():
     """An independent search: the sign of the lowest eigenvalue of equilibria found from rest."""
     balloon = lobe()
@@ -282,6 +285,7 @@ def test_unclear_steps_are_halved(monkeypatch):
     assert found.pressures.tolist() == [1000, 1250, 1500, 1750, 2000, 4000]
 
 
+@pytest.mark.slow
 def test_turns_that_a_pinned_support_leaves_are_no_loss_of_stability(comm):
     """Four inflated lobes sway at the same pressure, whether the bottom plate is held or free to tilt."""
     found = {}
@@ -296,6 +300,7 @@ def test_turns_that_a_pinned_support_leaves_are_no_loss_of_stability(comm):
     assert np.sort(np.abs(find_modes(free.state, 5).values))[1] < 1e-6 * free.visited[0][1]
 
 
+@pytest.mark.slow
 def test_paths_refuse_what_they_cannot_do(comm):
     free = pyramid(comm, 0.15)
     with pytest.raises(InputError, match=r"^state 'flat' is unknown; use 'ideal' or 'inflated'$"):
