@@ -104,7 +104,6 @@ def test_an_early_interrupt_shows_no_traceback():
 # --- one end for all ranks ----------------------------------------------------------------------
 
 
-@alone
 def test_paths_that_are_not_utf8(tmp_path):
     """A folder of Latin-1, of which the forms are compiled too; stdout takes UTF-8 and nothing else."""
     folder = os.fsdecode(os.fsencode(tmp_path) + b"/L\xf6sung")
@@ -133,7 +132,6 @@ def test_paths_that_are_not_utf8(tmp_path):
     assert missing.stderr.startswith(f"lobefem: there is no design file '{tmp_path}/L\\udcf6sung/none.toml'")
 
 
-@alone
 @pytest.mark.parametrize(
     "absent", ["dolfinx dolfinx_solver petsc4py slepc4py mpi4py cffi basix ufl ffcx", "cffi", "dolfinx"]
 )
