@@ -176,7 +176,7 @@ def _tangents(way: Sequence[tuple[int, Any]], released: Released) -> list[dict[s
         state = begun[n]
         state.balloon.set_loads(state.pressure, state.prestress)
         free = record(state.balloon, state.vector(), False, "in motion", 0, ())
-        lowest = float(find_modes(free, 3).values.real.min())
+        lowest = find_modes(free, 3).lowest
         found.append({"time": records[n].time, "lost": lost[n], "lowest": lowest})
     return found
 
