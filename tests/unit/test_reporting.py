@@ -7,7 +7,7 @@ import pytest
 
 from lobefem import cli, reporting
 from lobefem.log import logger
-from lobefem.progress import part, plain, said, share_of
+from lobefem.progress import announce, part, plain, said, share_of
 from lobefem.reporting import Clock
 from lobefem.signals import Stop
 
@@ -113,3 +113,16 @@ def test_a_bar_on_a_terminal(monkeypatch, comm, colour):
     assert shown.count("\x1b[?25l") == shown.count("\x1b[?25h") == 1  # the cursor comes back
     assert ("\x1b[3" in shown) == colour
     assert logger.level == level
+
+
+def test_what_takes_its_time_below_a_study_is_shown_too(monkeypatch):
+    """A form that is compiled, say, to which no study passes its progress down."""
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    for name, value in (("TERM", "xterm"), ("COLUMNS", "120")):
+        monkeypatch.setenv(name, value)
+    with reporting.reporting(True, Stop()):
+        announce("compiling form 3")
+    announce("compiling form 4")  # nobody listens
+    assert "compiling form 3" in screen.getvalue()
+    assert "compiling form 4" not in screen.getvalue()
