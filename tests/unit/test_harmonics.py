@@ -5,15 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mpi4py import MPI
+from states import unknowns
 
 from lobefem.balloon import Balloon
 from lobefem.critical import critical_pressure
+from lobefem.eigenpairs import Pair
 from lobefem.equilibrium import inflate
 from lobefem.films import FixedWrinkles, Isotropic
 from lobefem.harmonics import cylindrical, dominant, kind_of, spectrum
 from lobefem.loads import GasPressure
+from lobefem.measures import largest
 from lobefem.plates import EndPlates
-from lobefem.stability import find_modes
+from lobefem.stability import find_modes, make_mode
 from lobefem.surface import lobed_cylinder
 
 
@@ -62,6 +65,25 @@ def test_two_harmonics_share_by_their_energy(comm, around):
     balloon = make(comm, around)
     power = power_of(balloon, field(balloon, 0, lambda a, z: np.cos(a) + 2 * np.sin(3 * a)))
     np.testing.assert_allclose(power[[1, 3]], [0.2, 0.8], rtol=1e-12)
+
+
+def test_a_mode_names_all_harmonics_with_a_tenth_of_it(comm):
+    """Strongest first; the largest displacement of the whole is 1."""
+    balloon = make(comm)
+    parts = {2: 0.25, 3: 0.59, 5: 0.12, 4: 0.04}
+
+    def shape(a, z):
+        # nodes on the rims belong to the plates, which stay
+        inside = np.sin(np.pi * z / balloon.motion.length)
+        return inside * sum(np.sqrt(part) * np.cos(n * a + n) for n, part in parts.items())
+
+    x = unknowns(balloon, field(balloon, 0, shape).real)
+    pair = Pair(complex(7.0), x, x.duplicate())
+    pair.y.set(0.0)
+    mode = make_mode(balloon, balloon.map.create_vector(), pair, 1e-9)
+    assert (mode.value, mode.residual) == (7.0, 1e-9)
+    assert (mode.harmonic, mode.harmonics) == (3, (3, 2, 5))
+    assert largest(balloon, mode.displacement) == pytest.approx(1, rel=1e-12)
 
 
 def test_the_last_harmonic_of_an_even_ring_is_counted_once(comm):

@@ -60,6 +60,19 @@ def test_a_state_goes_to_pyvista_in_one_call(mesh, vtk_type, comm):
     np.testing.assert_array_equal(grid["regions"], np.tile([0, 1, 0], (grid.n_cells, 1)))
 
 
+def test_points_of_a_states_grid_are_where_its_nodes_are(modes, comm):
+    state = modes.state
+    drawn, moved, along = state.balloon.surface.to_pyvista(), state.to_pyvista(), modes.to_pyvista(0)
+    if comm.rank:
+        return
+    way = np.linalg.norm(moved["displacement"], axis=1)
+    assert way.max() == pytest.approx(state.max_displacement, rel=1e-12)
+    assert way.max() > 1e-6
+    for grid in (moved, along):
+        np.testing.assert_array_equal(grid["displacement"], moved["displacement"])
+        np.testing.assert_allclose(grid.points - grid["displacement"], drawn.points, rtol=0, atol=1e-12)
+
+
 def test_modes_and_surfaces_do_too(modes, comm):
     state = modes.state
     flat = state.balloon.surface.to_pyvista()
