@@ -25,17 +25,17 @@ PARTS = {
 
 def run(part: str, divisions: tuple[int, int], lobes: int) -> dict[str, float]:
     """One part in this process: seconds in all, seconds of the solution, peak memory [MB]."""
-    from lobefem import _dolfinx  # noqa: F401
-    from lobefem.balloon import Balloon
-    from lobefem.cables import Hoops
-    from lobefem.chart import harmonic_chart
-    from lobefem.equilibrium import ideal_state
-    from lobefem.films import FixedWrinkles
-    from lobefem.loads import GasPressure
-    from lobefem.plates import EndPlates
-    from lobefem.stability import find_modes
-    from lobefem.surface import lobed_cylinder
-    from lobefem.sweep import branches
+    from lobefem.equilibrium.state import ideal_state
+    from lobefem.fem.balloon import Balloon
+    from lobefem.geometry.stacks import lobed_cylinder
+    from lobefem.linalg import dolfinx_compat  # noqa: F401
+    from lobefem.model.cables import Hoops
+    from lobefem.model.end_plates import EndPlates
+    from lobefem.model.fixed_wrinkles import FixedWrinkles
+    from lobefem.model.gas_pressure import GasPressure
+    from lobefem.stability.harmonic_buckling import harmonic_chart
+    from lobefem.stability.modes import find_modes
+    from lobefem.stability.tracing import branches
 
     def balloon(divisions: tuple[int, int], sector: bool) -> Balloon:
         surface = lobed_cylinder(lobes, divisions, sector=sector)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from lobefem.isotensoid import Isotensoid
+from lobefem.geometry.isotensoid import Isotensoid
 
 __all__ = [
     "CASES", "EXACT", "MESHES", "NU", "PRESSURE", "SHARE", "STIFFNESS", "THICKNESS", "Answer", "Case", "E",

@@ -19,21 +19,23 @@ from typing import Any
 
 import numpy as np
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
-from mpi4py import MPI
+from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.state import Equilibrium
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.geometry.surface import Surface
+from lobefem.model.cables import Hoops
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.self_contact import SelfContact
+from lobefem.model.tension_field import TensionField
+from lobefem.viz.film_mesh import gather
+from lobefem.viz.rendering import can_render
 
-from lobefem._skin import gather
-from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
-from lobefem.contact import SelfContact
-from lobefem.equilibrium import Equilibrium, inflate
-from lobefem.films import TensionField
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.rendering import can_render
-from lobefem.surface import Surface, lobed_cylinder
+from mpi4py import MPI
 
 PRESSURE = 5.0  # [Pa]
 LIFTS = (0.0, -0.4, -0.8, -1.2, -1.6, -1.8, -2.0)  # of the top plate [m]

@@ -18,17 +18,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
-from mpi4py import MPI
-
 from lobefem import CriticalPoint, CriticalPressure, critical_point, critical_pressure, trace
-from lobefem.branches import Branch
 from lobefem.errors import LobefemError
-from lobefem.plotting import eigenvalue_curves
-from lobefem.storage import save_json
-from lobefem.sweep import branches
+from lobefem.files import save_json
+from lobefem.stability.branches import Branch
+from lobefem.stability.tracing import branches
+from lobefem.viz.mode_figures import eigenvalue_curves
+
+from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parent))
 from paper_words import CASES, Row, compare

@@ -18,13 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from mpi4py import MPI
 
 from lobefem import (
     Balloon,
@@ -43,9 +42,11 @@ from lobefem import (
     inflate,
     lobed_cylinder,
 )
+from lobefem.equilibrium.form_finding import row_means
 from lobefem.errors import LobefemError
-from lobefem.formfinding import row_means
-from lobefem.storage import save_json
+from lobefem.files import save_json
+
+from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parent))
 from paper_words import Row, to_markdown

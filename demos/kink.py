@@ -3,7 +3,7 @@
 One lobe of the paper's design, rims held, geometry held at the ideal shape. There the tension field has
 two tangents; a hoop slack s > 0 makes it wrinkled, with one. Writes the critical pressure of each harmonic
 n for s = 0 (both tangents, and their mean) and for some slacks as a chart and a table, the lowest
-eigenvalues of the tangents, and a mesh study over all harmonics. See `lobefem.kink` for what bounds what.
+eigenvalues of the tangents, and a mesh study over all harmonics. See `lobefem.stability.one_sided` for what bounds what.
 
     python demos/kink.py --out out/kink
 """
@@ -17,15 +17,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
-from mpi4py import MPI
-
 from lobefem import Balloon, EndPlates, GasPressure, TensionField, lobed_cylinder
 from lobefem.errors import LobefemError
-from lobefem.kink import one_sided_modes, one_sided_pressures, slack_critical_pressure
-from lobefem.storage import save_json
+from lobefem.files import save_json
+from lobefem.stability.one_sided import one_sided_modes, one_sided_pressures, slack_critical_pressure
+
+from mpi4py import MPI
 
 HARMONICS = tuple(range(2, 9))
 SLACKS = (1e-4, 1e-3, 1e-2)

@@ -16,13 +16,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from mpi4py import MPI
 
 from lobefem import (
     IMP,
@@ -38,9 +37,11 @@ from lobefem import (
     lobed_cylinder,
 )
 from lobefem.errors import LobefemError
-from lobefem.films import Film
-from lobefem.measures import true_resultants
-from lobefem.storage import save_json
+from lobefem.fem.functionals import true_resultants
+from lobefem.files import save_json
+from lobefem.model.film import Film
+
+from mpi4py import MPI
 
 PRESSURE = 5.0  # [Pa]
 SLACK = 1e-3  # hoop slack of the last row of the table of iterations

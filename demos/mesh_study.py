@@ -17,17 +17,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
-from mpi4py import MPI
-
 from lobefem import Balloon
-from lobefem.charts import refinement
-from lobefem.design import Design
 from lobefem.errors import LobefemError
-from lobefem.mesh_study import DIVISIONS, MeshStudy, mesh_study
-from lobefem.storage import save_json
+from lobefem.files import save_json
+from lobefem.io.design import Design
+from lobefem.stability.mesh_convergence import DIVISIONS, MeshStudy, mesh_study
+from lobefem.viz.study_figures import refinement
+
+from mpi4py import MPI
 
 CASES = (
     ("single", 1, "fixed-wrinkles"),

@@ -204,7 +204,7 @@ def to_markdown(rows: list[Row], header: str) -> str:
 
 
 def beside_the_paper(rows: list[Row], header: str) -> dict[str, Any]:
-    """The same table as a report of the runs shows it (`lobefem.report.TABLES`)."""
+    """The same table as a report of the runs shows it (`lobefem.viz.report.TABLES`)."""
     return {
         "title": "Beside the paper's words",
         "note": header.replace("`", ""),

@@ -16,17 +16,19 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 import numpy as np
-from mpi4py import MPI
 
 from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
+from lobefem.equilibrium.gradient_flow import Record
+from lobefem.equilibrium.state import Moment
 from lobefem.errors import LobefemError
-from lobefem.flow import Record
-from lobefem.release import Moment, release
-from lobefem.storage import save_json
+from lobefem.files import save_json
+from lobefem.stability.relaxation import release
+
+from mpi4py import MPI
 
 PRESSURE = 5.0  # [Pa]
 DAMPINGS = (10.0, 1.0, 0.1)

@@ -19,27 +19,28 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
-from mpi4py import MPI
-
 from lobefem import critical_pressure, find_modes, ideal_state
-from lobefem._files import on_root, save_json
-from lobefem._terminal import console, is_terminal
-from lobefem.branches import Branch
-from lobefem.critical import CriticalPressure
-from lobefem.design import Design
+from lobefem.app.states_command import mode_data
+from lobefem.app.states_command import summary as origin
 from lobefem.errors import LobefemError
-from lobefem.plotting import eigenvalue_curves, mode_shapes
-from lobefem.rendering import can_render, render_modes
-from lobefem.report import TABLES, write_report
-from lobefem.stability import Modes
-from lobefem.storage import RunFolder, Snapshot
-from lobefem.sweep import branches
-from lobefem.tasks import mode_data
-from lobefem.tasks import summary as origin
-from lobefem.tracing import CriticalPoint
+from lobefem.files import on_root, save_json
+from lobefem.io.design import Design
+from lobefem.io.run_folder import RunFolder
+from lobefem.io.xdmf import Snapshot
+from lobefem.stability.branches import Branch
+from lobefem.stability.linear_buckling import CriticalPressure
+from lobefem.stability.modes import Modes
+from lobefem.stability.nonlinear_buckling import CriticalPoint
+from lobefem.stability.tracing import branches
+from lobefem.terminal import console, is_terminal
+from lobefem.viz.mode_figures import eigenvalue_curves, mode_shapes
+from lobefem.viz.rendering import can_render, render_modes
+from lobefem.viz.report import TABLES, write_report
+
+from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parent))
 from paper_words import CASES, Row, beside_the_paper, compare, to_markdown

@@ -24,23 +24,25 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 import numpy as np
-from mpi4py import MPI
 
 from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
-from lobefem.charts import perturbation
-from lobefem.contact import SelfContact
-from lobefem.contours import horizontal_displacements
-from lobefem.distortions import Bend, Distortion, Tip, Twist, Wave, release_start
-from lobefem.equilibrium import Equilibrium, record
+from lobefem.equilibrium.displacement_control import release_start
+from lobefem.equilibrium.distortions import Bend, Distortion, Tip, Twist, Wave
+from lobefem.equilibrium.state import Equilibrium, Moment, record
 from lobefem.errors import ConvergenceError, LobefemError
-from lobefem.perturbation import Perturbed, Point, perturb
-from lobefem.provenance import provenance
-from lobefem.release import Moment, Released, release
-from lobefem.stability import find_modes
+from lobefem.io.provenance import provenance
+from lobefem.model.self_contact import SelfContact
+from lobefem.stability.modes import find_modes
+from lobefem.stability.perturbation import Perturbed, Point, perturb
+from lobefem.stability.relaxation import Released, release
+from lobefem.viz.contours import horizontal_displacements
+from lobefem.viz.study_figures import perturbation
+
+from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parent))
 from table2_shown import STEP, bends, landscape, middle, words

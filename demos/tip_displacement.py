@@ -20,22 +20,24 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from mpi4py import MPI
 
-from lobefem.balloon import Balloon
-from lobefem.design import Design
-from lobefem.distortions import Increment, Tip, distort, release_start
-from lobefem.equilibrium import inflate
+from lobefem.equilibrium.displacement_control import Increment, distort, release_start
+from lobefem.equilibrium.distortions import Tip
+from lobefem.equilibrium.inflation import inflate
 from lobefem.errors import ConvergenceError, LobefemError
-from lobefem.perturbation import Point, perturb
-from lobefem.release import release
-from lobefem.storage import save_json
+from lobefem.fem.balloon import Balloon
+from lobefem.files import save_json
+from lobefem.io.design import Design
+from lobefem.stability.perturbation import Point, perturb
+from lobefem.stability.relaxation import release
+
+from mpi4py import MPI
 
 LOBES, PRESSURE = 5, 5.0
 INCREMENT = 0.05  # of the displacement [m]

@@ -7,7 +7,7 @@ HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "_ext"), str(HERE.parent)]
 
 import lobefem
-import lobefem._dolfinx  # first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # first: it finds the stack
 
 project = "lobefem"
 author = "The lobefem developers"

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import lobefem._dolfinx  # noqa: F401  first: it finds the stack
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 sys.path.insert(0, str(Path(__file__).parent))
 

@@ -7,82 +7,80 @@ that `import lobefem` costs nothing.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from lobefem.faces import face
+from lobefem.version import __version__
+
+if TYPE_CHECKING:
+    from lobefem.equilibrium.form_finding import Form, find_form
+    from lobefem.equilibrium.inflation import inflate
+    from lobefem.equilibrium.state import Equilibrium, ideal_state
+    from lobefem.fem.balloon import Balloon
+    from lobefem.geometry.isotensoid import Isotensoid
+    from lobefem.geometry.natural_shape import FormedLobe, isotensoid_stiffness
+    from lobefem.geometry.stacks import cylinder, lobed_cylinder
+    from lobefem.geometry.surface import Surface
+    from lobefem.io.design import Design
+    from lobefem.model.cables import Cords, Hoops
+    from lobefem.model.end_plates import EndPlates, PlateLoad
+    from lobefem.model.film import Isotropic
+    from lobefem.model.fixed_wrinkles import FixedWrinkles
+    from lobefem.model.gas_pressure import GasPressure
+    from lobefem.model.imp import IMP, PrescribedPath
+    from lobefem.model.supports import Held
+    from lobefem.model.tension_field import TensionField
+    from lobefem.stability.harmonic_buckling import HarmonicChart, harmonic_chart
+    from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
+    from lobefem.stability.modes import Modes, find_modes
+    from lobefem.stability.nonlinear_buckling import CriticalPoint, critical_point
+    from lobefem.stability.perturbation import Perturbed, perturb
+    from lobefem.stability.relaxation import Released
+    from lobefem.stability.tracing import Trace, trace
 
 _HOME = {
-    "Balloon": "balloon",
-    "Cords": "cables",
-    "CriticalPoint": "tracing",
-    "CriticalPressure": "critical",
-    "Design": "design",
-    "EndPlates": "plates",
-    "Equilibrium": "equilibrium",
-    "FixedWrinkles": "films",
-    "Form": "formfinding",
-    "FormedLobe": "formed",
-    "GasPressure": "loads",
-    "HarmonicChart": "chart",
-    "Held": "parts",
-    "Hoops": "cables",
-    "IMP": "imp",
-    "Isotensoid": "isotensoid",
-    "Isotropic": "films",
-    "Modes": "stability",
-    "Perturbed": "perturbation",
-    "PlateLoad": "plates",
-    "PrescribedPath": "imp",
-    "Released": "release",
-    "Surface": "surface",
-    "TensionField": "films",
-    "Trace": "tracing",
-    "critical_point": "tracing",
-    "critical_pressure": "critical",
-    "cylinder": "surface",
-    "find_form": "formfinding",
-    "find_modes": "stability",
-    "harmonic_chart": "chart",
-    "ideal_state": "equilibrium",
-    "inflate": "equilibrium",
-    "isotensoid_stiffness": "formed",
-    "lobed_cylinder": "surface",
-    "perturb": "perturbation",
-    "trace": "tracing",
+    "Balloon": "fem.balloon",
+    "Cords": "model.cables",
+    "CriticalPoint": "stability.nonlinear_buckling",
+    "CriticalPressure": "stability.linear_buckling",
+    "Design": "io.design",
+    "EndPlates": "model.end_plates",
+    "Equilibrium": "equilibrium.state",
+    "FixedWrinkles": "model.fixed_wrinkles",
+    "Form": "equilibrium.form_finding",
+    "FormedLobe": "geometry.natural_shape",
+    "GasPressure": "model.gas_pressure",
+    "HarmonicChart": "stability.harmonic_buckling",
+    "Held": "model.supports",
+    "Hoops": "model.cables",
+    "IMP": "model.imp",
+    "Isotensoid": "geometry.isotensoid",
+    "Isotropic": "model.film",
+    "Modes": "stability.modes",
+    "Perturbed": "stability.perturbation",
+    "PlateLoad": "model.end_plates",
+    "PrescribedPath": "model.imp",
+    "Released": "stability.relaxation",
+    "Surface": "geometry.surface",
+    "TensionField": "model.tension_field",
+    "Trace": "stability.tracing",
+    "critical_point": "stability.nonlinear_buckling",
+    "critical_pressure": "stability.linear_buckling",
+    "cylinder": "geometry.stacks",
+    "find_form": "equilibrium.form_finding",
+    "find_modes": "stability.modes",
+    "harmonic_chart": "stability.harmonic_buckling",
+    "ideal_state": "equilibrium.state",
+    "inflate": "equilibrium.inflation",
+    "isotensoid_stiffness": "geometry.natural_shape",
+    "lobed_cylinder": "geometry.stacks",
+    "perturb": "stability.perturbation",
+    "trace": "stability.tracing",
 }
 
 __all__ = [*_HOME, "__version__"]
 
-if TYPE_CHECKING:
-    from lobefem.balloon import Balloon
-    from lobefem.cables import Cords, Hoops
-    from lobefem.chart import HarmonicChart, harmonic_chart
-    from lobefem.critical import CriticalPressure, critical_pressure
-    from lobefem.design import Design
-    from lobefem.equilibrium import Equilibrium, ideal_state, inflate
-    from lobefem.films import FixedWrinkles, Isotropic, TensionField
-    from lobefem.formed import FormedLobe, isotensoid_stiffness
-    from lobefem.formfinding import Form, find_form
-    from lobefem.imp import IMP, PrescribedPath
-    from lobefem.isotensoid import Isotensoid
-    from lobefem.loads import GasPressure
-    from lobefem.parts import Held
-    from lobefem.perturbation import Perturbed, perturb
-    from lobefem.plates import EndPlates, PlateLoad
-    from lobefem.release import Released
-    from lobefem.stability import Modes, find_modes
-    from lobefem.surface import Surface, cylinder, lobed_cylinder
-    from lobefem.tracing import CriticalPoint, Trace, critical_point, trace
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        # DOLFINx's seams first: PyPI's stack must be bootstrapped before any of its parts
-        if _HOME[name] not in ("isotensoid", "formed", "films", "imp", "loads", "cables", "plates"):
-            import_module("lobefem._dolfinx")
-        return getattr(import_module(f"lobefem.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'lobefem' has no attribute '{name}'")
+__getattr__ = face(__name__, _HOME)
 
 
 def __dir__() -> list[str]:

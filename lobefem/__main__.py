@@ -21,7 +21,7 @@ def main() -> int:
     gc.disable()
     # typer is built on pydantic, which looks for plugins in the metadata of all packages there are
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    from lobefem import cli
+    from lobefem.app import cli
 
     return cli.main()
 

@@ -9,11 +9,13 @@ __all__ = ["is_root", "logger"]
 
 
 def is_root() -> bool:
-    """Whether this process is MPI rank 0 (true where MPI was never started)."""
+    """True if this process is MPI rank 0 (true where MPI was never started)."""
     mpi = sys.modules.get("mpi4py.MPI")  # importing it here would start MPI for `lobefem --help`
     return mpi is None or mpi.COMM_WORLD.rank == 0
 
 
 logger = logging.getLogger("lobefem")
+
 logger.addHandler(logging.NullHandler())
+
 logger.addFilter(lambda record: is_root())

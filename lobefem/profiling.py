@@ -1,4 +1,4 @@
-"""Where a run's time goes, stage by stage, each exclusive of those within it.
+"""Times of a run, stage by stage, each exclusive of those within it.
 
 Factorisations and triangular solves are PETSc's, by its own log; all other stages are marked in the code
 with `timed` or `stage`, whose clock stops while another stage, or one of those of PETSc, runs. So the
@@ -19,13 +19,17 @@ from typing import Any
 __all__ = ["OTHER", "STAGES", "Profile", "stage", "start", "stop", "timed"]
 
 SYMBOLIC, NUMERIC, TRIANGULAR = "symbolic factorisation", "numeric factorisation", "triangular solves"
+
 OTHER = "everything else"
+
 _EVENTS = {
     SYMBOLIC: ("MatLUFactorSym", "MatCholFctrSym"),
     NUMERIC: ("MatLUFactorNum", "MatCholFctrNum"),
     TRIANGULAR: ("MatSolve", "MatSolveTranspos", "MatMatSolve"),
 }
+
 _SOLVE = ("residual", "energy", "tangent", SYMBOLIC, NUMERIC, TRIANGULAR, "eigensolver", "contact", "solver")
+
 STAGES = ("import", "mesh", "form compilation", "set-up", *_SOLVE, "output", OTHER)
 
 _profile: Profile | None = None
@@ -84,7 +88,7 @@ class Profile:
         self._open.pop()
 
     def _new_in_log(self) -> dict[str, tuple[float, int]]:
-        """What PETSc has logged since the last call, once it is there."""
+        """Times that PETSc has logged since the last call, once it is there."""
         petsc = sys.modules.get("petsc4py.PETSc")
         if petsc is None or not hasattr(petsc, "Log"):  # it is not there, or on its way
             return {}
@@ -129,7 +133,7 @@ def stop() -> None:
 
 @contextmanager
 def stage(name: str) -> Iterator[None]:
-    """What runs in this context is a stage of its own."""
+    """A context whose time is counted as a stage of its own."""
     profile = _profile
     if profile is None:
         yield

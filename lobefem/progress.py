@@ -33,12 +33,12 @@ def said(text: str, share: float) -> str:
 
 
 def share_of(text: str) -> float | None:
-    """How much is done, None where the line does not say."""
+    """The share of the work that is done, None where the line does not say."""
     return getattr(text, "share", None)
 
 
 def part(progress: Progress | None, first: float, last: float) -> Progress | None:
-    """What to pass to a part of a study, which takes it from one share of the work to another."""
+    """The callback for a part of a study, which takes it from one share of the work to another."""
     if progress is None:
         return None
 
@@ -49,7 +49,7 @@ def part(progress: Progress | None, first: float, last: float) -> Progress | Non
 
 
 def plain(progress: Progress | None) -> Progress | None:
-    """What to pass to a part of a study that does not know how much of the whole it is."""
+    """The callback for a part of a study that does not know its share of the work."""
     if progress is None:
         return None
     return lambda text: progress(str(text))

@@ -28,6 +28,7 @@ __all__ = [
 ]
 
 _PREFIX = {"": "1", "k": "1e3", "M": "1e6", "G": "1e9"}
+
 _LENGTHS = {
     "m": "1",
     "km": "1e3",
@@ -37,6 +38,7 @@ _LENGTHS = {
     "µm": "1e-6",
     "μm": "1e-6",
 }
+
 _PRESSURES = {f"{p}Pa": f for p, f in _PREFIX.items()} | {
     "hPa": "1e2",
     "mbar": "1e2",
@@ -46,7 +48,9 @@ _PRESSURES = {f"{p}Pa": f for p, f in _PREFIX.items()} | {
     "N/mm^2": "1e6",
     "N/mm2": "1e6",
 }
+
 _FORCES = {f"{p}N": f for p, f in _PREFIX.items()}
+
 _TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\d\s.+-]\S*)?\s*")
 
 
@@ -112,7 +116,7 @@ class Quantity:
 
     @property
     def advice(self) -> str:
-        """What to write instead."""
+        """The advice on the accepted forms."""
         return f"give {self.si}, e.g. {self.example}" if self.si else f"give a number, e.g. {self.example}"
 
 
@@ -124,10 +128,15 @@ def _to_float(value: float) -> float:
 
 
 LENGTH = Quantity("a length", "metres", '5e-5 or "0.05 mm"', _LENGTHS)
+
 PRESSURE = Quantity("a pressure", "pascals", '5.0 or "5 Pa"', _PRESSURES)
+
 STRESS = Quantity("a stress", "pascals", '3.5e9 or "3.5 GPa"', _PRESSURES)
+
 FORCE = Quantity("a force", "newtons", '2.15e9 or "2.15 GN"', _FORCES)
+
 STIFFNESS = Quantity(
     "a membrane stiffness", "newtons per metre", '188 or "188 N/m"', {f"{k}/m": v for k, v in _FORCES.items()}
 )
+
 NUMBER = Quantity("a pure number", "", "0.3", {})

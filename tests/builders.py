@@ -2,14 +2,14 @@
 
 import inspect
 
-from mpi4py import MPI
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.model.cables import Hoops
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.gas_pressure import GasPressure
 
-from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
-from lobefem.films import Isotropic
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.surface import lobed_cylinder
+from mpi4py import MPI
 
 _PLATES, _MESH = (inspect.signature(made).parameters.keys() for made in (EndPlates, lobed_cylinder))
 

@@ -4,12 +4,12 @@ import gc
 
 import pytest
 
-import lobefem._dolfinx  # noqa: F401  first of all: it finds the stack and orders its imports
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first of all: it finds the stack and orders its imports
 
 # isort: split
-from mpi4py import MPI
+from lobefem.linalg import petsc
 
-from lobefem import _petsc
+from mpi4py import MPI
 
 
 def pytest_collection_modifyitems(config, items):
@@ -45,7 +45,7 @@ def _collect_together():
     """Destructors of PETSc and DOLFINx objects are collective: run them at the same place."""
     yield
     gc.collect()
-    _petsc.tidy(MPI.COMM_WORLD)
+    petsc.tidy(MPI.COMM_WORLD)
     MPI.COMM_WORLD.Barrier()
 
 

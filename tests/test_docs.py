@@ -8,11 +8,12 @@ import shutil
 from pathlib import Path
 
 import pytest
-from mpi4py import MPI
 
-from lobefem import cli
-from lobefem.design import Design
-from lobefem.parameter_study import load
+from lobefem.app import cli
+from lobefem.app.sweep_file import load
+from lobefem.io.design import Design
+
+from mpi4py import MPI
 
 pytestmark = pytest.mark.serial
 

@@ -13,7 +13,7 @@ from lobefem import profiling
 profile = profiling.start()
 
 from lobefem import inflate  # noqa: E402  the imports are measured, too
-from lobefem.design import Design  # noqa: E402
+from lobefem.io.design import Design  # noqa: E402
 
 design = Design.load("film.toml")
 balloon = design.balloon(design.surface())

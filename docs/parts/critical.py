@@ -25,10 +25,10 @@ from lobefem import (
     inflate,
     lobed_cylinder,
 )
-from lobefem.charts import refinement
-from lobefem.continuum import continuum_pressure
-from lobefem.kink import one_sided_charts
-from lobefem.mesh_study import DIVISIONS, mesh_study
+from lobefem.stability.continuum import continuum_pressure
+from lobefem.stability.mesh_convergence import DIVISIONS, mesh_study
+from lobefem.stability.one_sided import one_sided_charts
+from lobefem.viz.study_figures import refinement
 from parts.common import orders, table
 
 __all__ = ["crossings", "formed_lobes", "isotropic_stack", "mesh_studies", "one_sided"]

@@ -2,17 +2,18 @@
 
 from dataclasses import replace
 
-import basix.ufl
 import numpy as np
 
-from lobefem import _dolfinx
+from lobefem.linalg import dolfinx_compat
+
+import basix.ufl
 
 # isort: split
-from dolfinx import fem, la
+from lobefem.equilibrium.inflation import inflate
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.surface import Surface
 
-from lobefem.balloon import Balloon
-from lobefem.equilibrium import inflate
-from lobefem.surface import Surface
+from dolfinx import fem, la
 
 
 def film_surface(comm, points, cells, cell="triangle"):
@@ -20,7 +21,7 @@ def film_surface(comm, points, cells, cell="triangle"):
     element = basix.ufl.element("Lagrange", cell, 1, shape=(3,))
     if comm.rank:
         points, cells = np.empty((0, 3)), np.empty((0, len(cells[0])), dtype=np.int64)
-    mesh = _dolfinx.create_mesh(comm, np.asarray(cells, dtype=np.int64), element, points)
+    mesh = dolfinx_compat.create_mesh(comm, np.asarray(cells, dtype=np.int64), element, points)
     return Surface(mesh, axis=(0, 0, 1))
 
 

@@ -8,15 +8,16 @@ into (A, B, C), (A, C, D). Surface Evolver, NGSolve and a small exact code agree
 import numpy as np
 import pytest
 
-from lobefem import _dolfinx
-from lobefem.balloon import Balloon
-from lobefem.equilibrium import inflate
-from lobefem.films import Isotropic, TensionField
-from lobefem.isotensoid import Isotensoid
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.stability import find_modes
-from lobefem.surface import lobed_cylinder
+from lobefem.equilibrium.inflation import inflate
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.isotensoid import Isotensoid
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.linalg import dolfinx_compat
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.tension_field import TensionField
+from lobefem.stability.modes import find_modes
 
 
 def common(comm, divisions, film, lift=0.0):
@@ -42,7 +43,7 @@ def test_taut_stress_at_the_equator(comm):
     balloon = common(comm, (24, 32), Isotropic())
     N = inflate(balloon, 5.0).stress_resultants().x.array.reshape(-1, 3)
     owned = balloon.mesh.topology.index_map(2).size_local
-    height = balloon.mesh.geometry.x[_dolfinx.geometry_dofmap(balloon.mesh)[:owned]][:, :, 2]
+    height = balloon.mesh.geometry.x[dolfinx_compat.geometry_dofmap(balloon.mesh)[:owned]][:, :, 2]
     near = np.abs(height - balloon.surface.shape.half_height).min(axis=1) < 1e-6
     pieces = comm.allgather(N[:owned][near])
     stress = np.concatenate(pieces).mean(axis=0) / 5e-5

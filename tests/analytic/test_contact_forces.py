@@ -7,12 +7,12 @@ import pytest
 from flatfilm import film_surface, inflate, nodal
 from scipy.optimize import brentq
 
-from lobefem.balloon import Balloon
-from lobefem.contact import SelfContact
-from lobefem.films import Isotropic
-from lobefem.kinematics import tangent_frame
-from lobefem.loads import GasPressure
-from lobefem.parts import Held
+from lobefem.fem.balloon import Balloon
+from lobefem.model.film import Isotropic
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.kinematics import tangent_frame
+from lobefem.model.self_contact import SelfContact
+from lobefem.model.supports import Held
 
 P, ACTIVATION = 40.0, 0.02
 

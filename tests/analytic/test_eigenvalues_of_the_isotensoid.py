@@ -8,16 +8,17 @@ import numpy as np
 import pytest
 from builders import stack
 
-from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
-from lobefem.critical import critical_pressure
-from lobefem.equilibrium import ideal_state
-from lobefem.films import FixedWrinkles, Isotropic
-from lobefem.isotensoid import Isotensoid
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.stability import find_modes
-from lobefem.surface import lobed_cylinder
+from lobefem.equilibrium.state import ideal_state
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.isotensoid import Isotensoid
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.model.cables import Hoops
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.fixed_wrinkles import FixedWrinkles
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.stability.linear_buckling import critical_pressure
+from lobefem.stability.modes import find_modes
 
 pytestmark = pytest.mark.serial
 

@@ -12,13 +12,14 @@ from flatfilm import fan, inflate, nodal, quarter_disc, rates, square, state_at,
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from lobefem.balloon import Balloon
 from lobefem.errors import ConvergenceError
-from lobefem.films import Isotropic, TensionField
-from lobefem.isotensoid import Isotensoid
-from lobefem.kinematics import tangent_frame
-from lobefem.loads import GasPressure
-from lobefem.parts import Held
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.isotensoid import Isotensoid
+from lobefem.model.film import Isotropic
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.kinematics import tangent_frame
+from lobefem.model.supports import Held
+from lobefem.model.tension_field import TensionField
 
 SYMMETRY = (
     Held(lambda x: np.isclose(x[0], 0), (0,)),

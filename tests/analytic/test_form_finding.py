@@ -3,18 +3,21 @@
 import numpy as np
 import pytest
 
-from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
-from lobefem.critical import critical_pressure
-from lobefem.equilibrium import ideal_state, inflate
-from lobefem.films import FixedWrinkles, Isotropic, TensionField
-from lobefem.formed import FormedLobe
-from lobefem.formfinding import find_form, row_means
-from lobefem.isotensoid import Isotensoid
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.stability import find_modes
-from lobefem.surface import cylinder, lobed_cylinder
+from lobefem.equilibrium.form_finding import find_form, row_means
+from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.state import ideal_state
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.isotensoid import Isotensoid
+from lobefem.geometry.natural_shape import FormedLobe
+from lobefem.geometry.stacks import cylinder, lobed_cylinder
+from lobefem.model.cables import Hoops
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.fixed_wrinkles import FixedWrinkles
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.tension_field import TensionField
+from lobefem.stability.linear_buckling import critical_pressure
+from lobefem.stability.modes import find_modes
 
 pytestmark = pytest.mark.serial
 

@@ -15,8 +15,9 @@ import pytest
 from builders import stack
 from fourier import Lobe
 
-from lobefem.chart import harmonic_chart
-from lobefem.films import FixedWrinkles, Isotropic
+from lobefem.model.film import Isotropic
+from lobefem.model.fixed_wrinkles import FixedWrinkles
+from lobefem.stability.harmonic_buckling import harmonic_chart
 
 pytestmark = pytest.mark.serial
 

@@ -6,13 +6,16 @@ import builders
 import numpy as np
 import pytest
 
-from lobefem import _dolfinx
-from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
-from lobefem.equilibrium import ideal_state, inflate
-from lobefem.films import FixedWrinkles, Isotropic, TensionField
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
+from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.state import ideal_state
+from lobefem.fem.balloon import Balloon
+from lobefem.linalg import dolfinx_compat
+from lobefem.model.cables import Hoops
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.fixed_wrinkles import FixedWrinkles
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.tension_field import TensionField
 
 stack = partial(builders.stack, lobes=4)
 
@@ -44,7 +47,7 @@ def test_equator_resultant_of_the_prestressed_state(comm):
     state = inflate(balloon, pressure)
     N = state.stress_resultants().x.array.reshape(-1, 3)
     owned = balloon.mesh.topology.index_map(2).size_local
-    nodes = _dolfinx.geometry_dofmap(balloon.mesh)[:owned]
+    nodes = dolfinx_compat.geometry_dofmap(balloon.mesh)[:owned]
     height = balloon.mesh.geometry.x[nodes][:, :, 2] % shape.height
     equator = np.abs(height - shape.half_height).min(axis=1) < 1e-6 * shape.R0
     found = np.concatenate(comm.allgather(N[:owned][equator, 0]))

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from fourier import Lobe
 
-from lobefem.balloon import Balloon
-from lobefem.films import TensionField
-from lobefem.kink import one_sided_pressures, slack_critical_pressure
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.surface import lobed_cylinder
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.tension_field import TensionField
+from lobefem.stability.one_sided import one_sided_pressures, slack_critical_pressure
 
 pytestmark = pytest.mark.serial
 

@@ -13,16 +13,18 @@ import numpy as np
 import pytest
 from flatfilm import nodal, sphere
 
-from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
-from lobefem.equilibrium import inflate
-from lobefem.films import Isotropic, TensionField
-from lobefem.kinematics import tangent_frame
-from lobefem.loads import GasPressure
-from lobefem.parts import Held
-from lobefem.plates import EndPlates, rotation
-from lobefem.stability import find_modes
-from lobefem.surface import lobed_cylinder
+from lobefem.equilibrium.inflation import inflate
+from lobefem.fem.balloon import Balloon
+from lobefem.fem.rigid_plates import rotation
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.model.cables import Hoops
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.kinematics import tangent_frame
+from lobefem.model.supports import Held
+from lobefem.model.tension_field import TensionField
+from lobefem.stability.modes import find_modes
 
 RADIUS, PRESSURE = 2.0, 500.0
 

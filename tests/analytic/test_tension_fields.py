@@ -5,20 +5,21 @@ The two flat films have no pressure: their edges are held at displacements, and 
 
 import numpy as np
 import pytest
-import ufl
 from flatfilm import cell_resultants, nodal_forces, rectangle, stretched
 from scipy.optimize import brentq
 
-from lobefem.balloon import Balloon
-from lobefem.equilibrium import inflate
+from lobefem.equilibrium.inflation import inflate
 from lobefem.errors import ConvergenceError
-from lobefem.films import TensionField
-from lobefem.imp import IMP
-from lobefem.kinematics import tangent_frame
-from lobefem.loads import GasPressure
-from lobefem.parts import Held
-from lobefem.plates import EndPlates, PlateLoad
-from lobefem.surface import cylinder
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.stacks import cylinder
+from lobefem.model.end_plates import EndPlates, PlateLoad
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.imp import IMP
+from lobefem.model.kinematics import tangent_frame
+from lobefem.model.supports import Held
+from lobefem.model.tension_field import TensionField
+
+import ufl
 
 pytestmark = pytest.mark.serial
 

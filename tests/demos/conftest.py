@@ -1,6 +1,7 @@
 """A folder for what a module's demo writes."""
 
 import pytest
+
 from mpi4py import MPI
 
 

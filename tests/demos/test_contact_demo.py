@@ -2,6 +2,7 @@
 
 import pytest
 from loading import load
+
 from mpi4py import MPI
 
 pytestmark = pytest.mark.serial

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from loading import load
+
 from mpi4py import MPI
 
 pytestmark = pytest.mark.serial

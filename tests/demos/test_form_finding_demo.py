@@ -5,6 +5,7 @@ import re
 
 import pytest
 from loading import load
+
 from mpi4py import MPI
 
 pytestmark = pytest.mark.serial

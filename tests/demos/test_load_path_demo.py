@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from loading import load
+
 from mpi4py import MPI
 
 

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from loading import load
+
 from mpi4py import MPI
 
 

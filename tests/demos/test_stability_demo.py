@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 from loading import load
+
 from mpi4py import MPI
 
 pytestmark = pytest.mark.serial

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 from loading import load
+
 from mpi4py import MPI
 
 

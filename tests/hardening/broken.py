@@ -19,10 +19,11 @@ from pathlib import Path
 import typer
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from mpi4py import MPI
 
-from lobefem import cli
-from lobefem.design import Design
+from lobefem.app import cli
+from lobefem.io.design import Design
+
+from mpi4py import MPI
 
 MESHES = sorted((Path(__file__).parents[2] / "meshes").glob("*.toml"))
 SINGLE = str(next(path for path in MESHES if path.stem == "single"))

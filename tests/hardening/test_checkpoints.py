@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 from broken import SINGLE, cases, fault_of_sentence, run
 from hypothesis import strategies as st
-from mpi4py import MPI
 
-from lobefem.balloon import Balloon
-from lobefem.equilibrium import inflate
+from lobefem.equilibrium.inflation import inflate
 from lobefem.errors import InputError
-from lobefem.films import TensionField
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.states import load_state, save_state
-from lobefem.surface import lobed_cylinder
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.io.checkpoints import load_state, save_state
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.tension_field import TensionField
+
+from mpi4py import MPI
 
 ARRAYS = ("position", "displacement", "plate_parameters", "pressure", "prestress", "notes")
 WRONG = [

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from broken import SINGLE, cases, command_lines, fault, fault_of_results, leftovers, run
+
 from mpi4py import MPI
 
 ROOT = Path(__file__).parents[2]

@@ -3,9 +3,9 @@
 import pytest
 from broken import DESIGN_FILES, SWEEP_FILES, TAKEN, cases, fault_of_sentence
 
-from lobefem.design import Design
+from lobefem.app.sweep_file import load
 from lobefem.errors import InputError
-from lobefem.parameter_study import load
+from lobefem.io.design import Design
 
 pytestmark = pytest.mark.serial
 

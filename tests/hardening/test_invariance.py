@@ -9,11 +9,12 @@ import math
 import pytest
 from broken import cases
 from hypothesis import strategies as st
-from mpi4py import MPI
 
-from lobefem import studies, tasks
-from lobefem.design import Design
+from lobefem.app import critical_command, states_command
 from lobefem.errors import InputError, SolveError
+from lobefem.io.design import Design
+
+from mpi4py import MPI
 
 pytestmark = pytest.mark.serial
 
@@ -93,7 +94,7 @@ def alike(found, expected, size):
 @cases(0.02, 3, tables=designs(), factors=st.sampled_from([(1e-3, 1.0), (1.0, 1e3), (70.0, 0.03)]))
 def test_an_equilibrium_obeys_its_scales(tables, factors):
     s, k = factors
-    one, other = (outcome(tasks.inflate, t) for t in (tables, scaled(tables, s, k)))
+    one, other = (outcome(states_command.inflate, t) for t in (tables, scaled(tables, s, k)))
     if isinstance(one, str) or isinstance(other, str):  # near a limit round-off may decide
         return
     size = _size(tables)
@@ -123,10 +124,10 @@ def test_eigenvalues_and_critical_pressures_obey_their_scales(tables, factors):
     if tables["shape"]["kind"] == "cylinder":
         return
     for task, read, unit in (
-        (tasks.modes, lambda r: r["pressures"][0]["modes"][0]["real"], k / s),
-        (studies.critical, lambda r: r["critical_pressure"], k),
+        (states_command.modes, lambda r: r["pressures"][0]["modes"][0]["real"], k / s),
+        (critical_command.critical, lambda r: r["critical_pressure"], k),
     ):
-        options = {"count": 2} if task is tasks.modes else {}
+        options = {"count": 2} if task is states_command.modes else {}
         one, other = (outcome(task, t, **options) for t in (tables, scaled(tables, s, k)))
         if isinstance(one, str) or isinstance(other, str):
             continue

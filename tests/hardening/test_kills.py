@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from broken import EXAMPLES, SINGLE
 
-from lobefem.design import Design
+from lobefem.io.design import Design
 
 CHAINS, KILLS = (("one", "two"), 25) if EXAMPLES else (("one",), 2)
 STUDY = [

@@ -7,15 +7,15 @@ import pytest
 from broken import cases
 from hypothesis import strategies as st
 
-from lobefem import _distribute
-from lobefem.balloon import Balloon
-from lobefem.equilibrium import inflate
+from lobefem.equilibrium.inflation import inflate
 from lobefem.errors import InputError
-from lobefem.films import Isotropic
-from lobefem.loads import GasPressure
-from lobefem.parts import Held
-from lobefem.plates import EndPlates
-from lobefem.surface import cylinder
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry import distribute
+from lobefem.geometry.stacks import cylinder
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.supports import Held
 
 RINGS, AROUND = 3, 6
 
@@ -39,11 +39,11 @@ def tube(comm, change=lambda cells: cells, twin=False):
         points = np.concatenate([points, points + np.array([5.0, 0.0, 0.0])])
     cells = change(cells)
     whole = (points, cells) if comm.rank == 0 else (None, None)
-    mesh = _distribute.distribute_mesh(comm, "triangle", 1, *whole)
+    mesh = distribute.distribute_mesh(comm, "triangle", 1, *whole)
     pattern = cylinder(1.0, float(RINGS), (RINGS, AROUND), comm=comm)
     values = [pattern.groups[name][1] for name in ("rim_bottom", "rim_top")]
-    edges = _distribute.edge_tags(mesh, rims, values, len(points))
-    lobes = _distribute.lobe_tags(mesh, np.array([0, len(cells)]))
+    edges = distribute.edge_tags(mesh, rims, values, len(points))
+    lobes = distribute.lobe_tags(mesh, np.array([0, len(cells)]))
     return replace(pattern, mesh=mesh, edges=edges, lobes=lobes, cyclic_order=None, divisions=None)
 
 

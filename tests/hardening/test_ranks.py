@@ -9,10 +9,12 @@ from pathlib import Path
 
 import pytest
 from broken import EXAMPLES, SINGLE, fault_of_sentence, run
-from mpi4py import MPI
 from test_kills import ENVIRONMENT, MPIRUN
 
-from lobefem import _blocks, _files, fields
+from lobefem import files
+from lobefem.io import npz, xdmf
+
+from mpi4py import MPI
 
 FULL, BUG = OSError(28, "No space left on device"), RuntimeError("a bug")
 FAULTS = ["MemoryError()", "ZeroDivisionError('a bug')", "OSError(5, 'I/O error')"]
@@ -37,7 +39,7 @@ def test_a_rank_whose_folder_is_unwritable(comm, shared_path, monkeypatch, rank)
         return not Path(path).is_relative_to(denied) and access(path, mode, **options)
 
     if comm.rank == rank:
-        monkeypatch.setattr(_files.os, "access", refuse)
+        monkeypatch.setattr(files.os, "access", refuse)
     code, _, err = alike(comm, [*COMMAND, "--out", denied])
     assert code == 2
     words = err.splitlines(True)[-1]
@@ -59,14 +61,14 @@ def test_a_rank_that_lacks_the_design_file(comm, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("module", "fault", "expected"),
-    [(_blocks, FULL, 2), (fields, BUG, 1), (_files, FULL, 2), (_blocks, BUG, 1)],
+    [(npz, FULL, 2), (xdmf, BUG, 1), (files, FULL, 2), (npz, BUG, 1)],
 )
 def test_a_fault_in_writing_on_rank_0_alone(comm, shared_path, monkeypatch, module, fault, expected):
     def fail(*arguments, **options):
         raise fault
 
     if comm.rank == 0:
-        name = "replacing" if module is _blocks else "replace"
+        name = "replacing" if module is npz else "replace"
         monkeypatch.setattr(module, name, fail)
     code, _, err = alike(comm, [*COMMAND, "--out", shared_path / "run", "--json", shared_path / "x.json"])
     assert code == expected

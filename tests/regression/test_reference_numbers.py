@@ -15,15 +15,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lobefem.balloon import Balloon
-from lobefem.cables import Hoops
-from lobefem.critical import critical_pressure
-from lobefem.equilibrium import ideal_state, inflate
-from lobefem.films import FixedWrinkles, Isotropic, TensionField
-from lobefem.loads import GasPressure
-from lobefem.plates import EndPlates
-from lobefem.stability import find_modes
-from lobefem.surface import lobed_cylinder
+from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.state import ideal_state
+from lobefem.fem.balloon import Balloon
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.model.cables import Hoops
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.fixed_wrinkles import FixedWrinkles
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.tension_field import TensionField
+from lobefem.stability.linear_buckling import critical_pressure
+from lobefem.stability.modes import find_modes
 
 STORED = Path(__file__).with_name("reference_numbers.json")
 TOLERANCE = 1e-8

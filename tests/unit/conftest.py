@@ -3,9 +3,10 @@
 import json
 
 import pytest
-from mpi4py import MPI
 
-from lobefem import cli
+from lobefem.app import cli
+
+from mpi4py import MPI
 
 
 @pytest.fixture

@@ -3,8 +3,9 @@
 import math
 from functools import cache
 
-import basix.ufl
 import numpy as np
+
+import basix.ufl
 import ufl
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives

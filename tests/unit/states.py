@@ -1,10 +1,11 @@
 """Smooth deterministic states of a balloon, the same on any number of ranks."""
 
 import numpy as np
+
+from lobefem.linalg import dolfinx_compat
+
 import ufl
 from dolfinx import fem
-
-from lobefem import _dolfinx
 
 
 def wavy(x, seed, waves=7.0):
@@ -38,7 +39,9 @@ def cell_strains(balloon):
     """A function of q: principal strains (cells, 2), minor first, of this rank's linear triangles."""
     W = fem.functionspace(balloon.mesh, ("DG", 0, (2, 2)))
     strain = fem.Function(W)
-    expression = fem.Expression(ufl.as_tensor(balloon.forms.strain), _dolfinx.interpolation_points(W.element))
+    expression = fem.Expression(
+        ufl.as_tensor(balloon.forms.strain), dolfinx_compat.interpolation_points(W.element)
+    )
 
     def at(q):
         balloon.place(q)

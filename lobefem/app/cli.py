@@ -1,0 +1,412 @@
+"""The `lobefem` command: options over a design file, results as a table, as JSON and in a folder.
+
+Nothing heavy is imported before a command runs, so that --help answers at once. All ranks parse the
+same arguments; rank 0 alone speaks. Exit codes: 0 done, 1 a fault of ours, 2 bad input, 3 a solve
+that failed, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import traceback
+from contextlib import nullcontext, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lobefem.app import options, parsing
+from lobefem.app.process import Ranks
+from lobefem.app.progress_bar import reporting
+from lobefem.app.runner import Interrupted, loudness, one_line, run_task
+from lobefem.app.tables import printable, show_rows
+from lobefem.errors import InputError, LobefemError
+from lobefem.terminal import settle
+from lobefem.version import __version__
+
+if TYPE_CHECKING:
+    from lobefem.app.states_command import Outcome
+    from lobefem.io.design import Design
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Is a lobed thin-film balloon stable? Its equilibrium, buckling modes, critical pressure.",
+    epilog="Start with: [bold]lobefem modes meshes/single.toml --pressure 1000[/bold]",
+)
+
+
+def _tasks() -> Any:
+    import lobefem.app.states_command
+
+    return lobefem.app.states_command
+
+
+def _studies() -> Any:
+    import lobefem.app.critical_command
+
+    return lobefem.app.critical_command
+
+
+def _examples(*lines: str) -> str:
+    return "Examples:\n\n" + "\n\n".join(f"[bold]{line}[/bold]" for line in lines)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"lobefem {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _lobefem(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version."),
+    ] = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    pass
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem inflate meshes/stack4.toml --film tension-field --pressure 5 --out run",
+        "mpirun -n 2 lobefem inflate meshes/single.toml --divisions 96x128 --json -",
+    )
+)
+@options.sharing(options.DESIGN, options.OUTPUT)
+def inflate(
+    context: typer.Context,
+    design: options.DesignFile,
+    lift: options.Lift = None,
+    prestress: options.Prestress = None,
+    setup: options.Setup = None,
+    pressure: options.OnePressure = None,
+    petsc: options.Petsc = None,
+) -> None:
+    """The equilibrium under gas pressure: volume, stress, forces, wrinkles."""
+    run_task(context, lambda plan, **run: _tasks().inflate(plan, **run))
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem modes meshes/single.toml --pressure 1000 --pressure 2000 --count 4",
+        "lobefem modes meshes/stack4.toml --load closed --mass nodal --out run",
+    )
+)
+@options.sharing(options.DESIGN, options.OUTPUT)
+def modes(
+    context: typer.Context,
+    design: options.DesignFile,
+    lift: options.Lift = None,
+    prestress: options.Prestress = None,
+    setup: options.Setup = None,
+    pressure: options.Pressures = None,
+    state: options.State = "ideal",
+    count: options.Count = "8",
+    mass: options.Mass = "unit",
+    harmonics: options.Harmonics = None,
+    petsc: options.Petsc = None,
+) -> None:
+    """The lowest buckling modes at each pressure; a negative real part means unstable."""
+    number = parsing.integer("--count", count, 1)
+    parsing.one_of("--state", state, ("ideal", "inflated"))
+    parsing.one_of("--mass", mass, ("unit", "nodal"))
+    chosen = parsing.integers("--harmonics", harmonics)
+    run_task(
+        context,
+        lambda plan, **run: _tasks().modes(
+            plan, state=state, count=number, mass=mass, harmonics=chosen, **run
+        ),
+    )
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem critical meshes/stack4.toml --state inflated",
+        "lobefem critical meshes/single.toml --mesh-study --out run",
+        "lobefem critical meshes/single.toml --divisions 32x48 --harmonic 3 --json -",
+    )
+)
+@options.sharing(options.DESIGN, options.OUTPUT)
+def critical(
+    context: typer.Context,
+    design: options.DesignFile,
+    lift: options.Lift = None,
+    state: options.State = "ideal",
+    harmonic: options.Harmonic = None,
+    limit: options.Limit = None,
+    mesh_study: options.MeshStudy = False,
+    meshes: options.Meshes = None,
+    petsc: options.Petsc = None,
+) -> None:
+    """The lowest pressure at which the balloon turns unstable; whether that depends on the mesh."""
+    number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
+    parsing.one_of("--state", state, ("ideal", "inflated"))
+    highest = None if limit is None else parsing.pressure("--limit", limit)
+    pairs = parsing.divisions("--meshes", meshes)
+    if mesh_study:
+        given = context.params["divisions"]
+        if number is not None or state != "ideal" or highest is not None or given is not None:
+            raise InputError(
+                "--mesh-study looks at all harmonics of the ideal state on meshes of its own; leave out "
+                "--harmonic, --state, --limit and --divisions"
+            )
+        run_task(context, lambda plan, **run: _studies().mesh_study(plan, divisions=pairs, **run))
+        return
+    if pairs is not None:
+        raise InputError("--meshes are those of a mesh study; add --mesh-study")
+    run_task(
+        context,
+        lambda plan, **run: _studies().critical(plan, state=state, harmonic=number, limit=highest, **run),
+    )
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem harmonics meshes/single.toml --divisions 96x256 --out run",
+        "lobefem harmonics meshes/stack4.toml --film isotropic --harmonics 0:8",
+    )
+)
+@options.sharing(options.DESIGN, options.OUTPUT)
+def harmonics(
+    context: typer.Context,
+    design: options.DesignFile,
+    lift: options.Lift = None,
+    harmonics: options.Harmonics = None,
+) -> None:
+    """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
+    chosen = parsing.integers("--harmonics", harmonics)
+    run_task(context, lambda plan, **run: _studies().harmonics(plan, harmonics=chosen, **run))
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem perturb meshes/stack4.toml --film tension-field --pressure 5 --bend 7.5 --release --out run",
+        "lobefem perturb meshes/stack5.toml --tip-displacement 0.7 --json -",
+    )
+)
+@options.sharing(options.DESIGN, options.OUTPUT)
+def perturb(
+    context: typer.Context,
+    design: options.DesignFile,
+    tip_displacement: options.TipDisplacement = None,
+    bend: options.Bend = None,
+    twist: options.Twist = None,
+    wave: options.Wave = None,
+    setup: options.Setup = None,
+    pressure: options.OnePressure = None,
+    release: options.Release = False,
+    contact: options.Contact = True,
+    steps: options.Steps = "20",
+    damping: options.Damping = "1",
+    petsc: options.Petsc = None,
+) -> None:
+    """A large distortion, imposed by a ramp and released: does the balloon return?"""
+    given = {"--tip-displacement": tip_displacement, "--bend": bend, "--twist": twist, "--wave": wave}
+    chosen = [(name, text) for name, text in given.items() if text is not None]
+    if len(chosen) != 1:
+        raise InputError(f"perturb takes one distortion, not {len(chosen)}; give one of {', '.join(given)}")
+    count, factor = parsing.integer("--steps", steps, 1), parsing.positive("--damping", damping)
+
+    def study(plan: Design, **run: Any) -> Outcome:
+        from lobefem.app.perturb_command import perturb
+
+        imposed = parsing.distortion(*chosen[0])
+        return perturb(plan, imposed, let_go=release, contact=contact, steps=count, damping=factor, **run)
+
+    run_task(context, study)
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem plot run --what modes",
+        "lobefem plot run --what stress --width 170 --to stress.svg",
+        "lobefem plot run --what release --format gif",
+    )
+)
+def plot(
+    context: typer.Context,
+    folder: options.RunDir,
+    what: options.What,
+    to: options.PictureFile = None,
+    format: options.Format = None,  # noqa: A002  --format
+    pressure: options.AtPressure = None,
+    mode: options.ModeNumbers = None,
+    width: options.Width = "85",
+) -> None:
+    """A picture of what a run folder holds, for paper or screen; modes and releases move as GIF or MP4."""
+    at = None if pressure is None else parsing.pressure("--pressure", pressure)
+    numbers, wide = parsing.integers("--mode", mode), parsing.positive("--width", width)
+    if context.obj.is_root:
+        from lobefem.viz.run_pictures import save_picture
+
+        path = save_picture(folder, what, to, format, pressure=at, modes=numbers, width=wide)
+        if not loudness(context)["quiet"]:
+            print(f"The picture is {printable(path)}")
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem sweep demos/lobes.toml --out run",
+        "lobefem sweep demos/lobes.toml --out run --resume --workers 4",
+        "mpirun -n 17 lobefem sweep demos/lobes.toml --out run",
+    )
+)
+def sweep(
+    context: typer.Context,
+    file: options.SweepFile,
+    out: options.SweepFolder,
+    workers: options.Workers = None,
+    overwrite: options.Overwrite = False,
+    resume: options.Resume = False,
+    report: options.Report = False,
+    json: options.Json = None,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> int:
+    """One command over many designs, pressures, films: a table and a chart, each point kept."""
+    from lobefem.app import sweep_command as runs
+    from lobefem.app.sweep_file import load
+    from lobefem.files import on_root
+
+    if resume and overwrite:
+        raise InputError("--resume goes on with a sweep and --overwrite replaces it; give one of them")
+    number = len(os.sched_getaffinity(0)) if workers is None else parsing.integer("--workers", workers, 1)
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    known = {name: {p.opts[0].lstrip("-") for p in one.params} for name, one in commands.items()}
+    ranks = context.obj
+
+    def prepare() -> Any:
+        study = load(file, known)
+        runs.begin(study, out, resume=resume, overwrite=overwrite)
+        return study
+
+    said = loudness(context)
+    study = prepare() if ranks.comm is None else on_root(ranks.comm, file, prepare)
+    ranks.stop.note = lambda: f"; finished points are in {out}, go on with --resume"
+    with (
+        runs.workers(number, ranks.comm) as executor,
+        reporting(ranks.is_root, ranks.stop, **said) as progress,
+    ):
+        if executor is None:
+            return 0
+        rows = runs.run(study, out, executor, progress=progress)
+    code = _swept(study, rows, out, json, said["quiet"])
+    if report:
+        from lobefem.viz.report import write_report
+
+        write_report(out)
+    return code
+
+
+def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> int:
+    """The end of a sweep, on rank 0: files, table, exit code."""
+    from lobefem.app import sweep_command as runs
+    from lobefem.app.sweep_command import parameter_chart
+    from lobefem.files import replace, replacing, to_json
+
+    found = runs.results(study, rows)
+    text = to_json(found)
+    with replacing(out / "sweep.png") as stream:
+        parameter_chart(study, rows).savefig(stream, format="png")
+    replace(out / "table.csv", runs.as_csv(study, rows))
+    replace(out / "results.json", text)
+    for warning in found["warnings"]:
+        print(f"lobefem: warning: {warning}", file=sys.stderr)
+    if json == "-":
+        sys.stdout.write(text)
+    else:
+        if json:
+            replace(Path(json), text)
+        if not quiet:
+            show_rows(list(runs.table(study, rows)))
+            print(f"Table, chart and the points' own folders are in {printable(out)}")
+    sys.stdout.flush()
+    return 3 if found["failed"] == len(rows) else 0
+
+
+@app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))
+def report(
+    context: typer.Context,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of them.")],
+) -> None:
+    """One page of all that a run folder holds: DIR/report.html, which needs no network."""
+    if context.obj.is_root:
+        from lobefem.viz.report import write_report
+
+        path = printable(write_report(folder))
+        if not loudness(context)["quiet"]:
+            print(f"The report is {path}")
+
+
+@app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
+def doctor(context: typer.Context, quiet: options.Quiet = False, verbose: options.Verbose = False) -> int:
+    """Does this installation work, part by part; what to do about what does not. Exit code 1 if so."""
+    from lobefem.app.doctor import examine
+    from lobefem.app.tables import show_findings
+
+    ranks = context.obj
+    with reporting(ranks.is_root, ranks.stop, **loudness(context)) as progress:
+        findings = examine(progress)
+    if ranks.is_root:
+        show_findings([f for f in findings if not (f.fine and loudness(context)["quiet"])])
+    return 0 if all(finding.fine for finding in findings) else 1
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        arguments: default: those of the process.
+
+    Returns:
+        the exit code, on all ranks.
+    """
+    given = arguments
+    for name in ("stdout", "stderr"):  # closed ones, of a service for example, are None
+        setattr(sys, name, getattr(sys, name) or open(os.devnull, "w"))  # noqa: SIM115  to the end
+    settle()
+    if given is None:
+        given = sys.argv[1:]
+    ranks = Ranks()
+    if arguments is None:
+        ranks.stop.install()
+    usage_error: Any = typer.BadParameter.__mro__[1]  # click's, which newer typer keeps to itself
+    try:
+        with nullcontext() if ranks.is_root else redirect_stdout(io.StringIO()):  # help, say, once for all
+            code = app(given or ["--help"], prog_name="lobefem", standalone_mode=False, obj=ranks)
+    except LobefemError as error:
+        return ranks.end(error.exit_code, f"lobefem: {one_line(error)}")
+    except (Interrupted, KeyboardInterrupt) as error:
+        return ranks.end(130, f"lobefem: interrupted{error}", patience=1.0)
+    except BrokenPipeError:  # the reader of stdout, `head` say, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return ranks.end(141)
+    except usage_error as error:
+        return ranks.end(2, f"lobefem: {_usage(error)}")
+    except OSError as error:
+        where = f" ({error.filename})" if error.filename else ""
+        return ranks.end(2, f"lobefem: the system refuses: {one_line(f'{error.strerror or error}{where}')}")
+    except MemoryError:
+        return ranks.end(3, "lobefem: out of memory; try a coarser mesh, or more ranks on more machines")
+    except Exception as error:
+        if os.environ.get("LOBEFEM_DEBUG"):
+            traceback.print_exc()
+        what = one_line(f"{type(error).__name__}: {error}")
+        return ranks.end(1, f"lobefem: internal error: {what} (set LOBEFEM_DEBUG=1 for the traceback)")
+    return ranks.end(code if isinstance(code, int) else 0)
+
+
+def _usage(error: Any) -> str:
+    """Click's words for a wrong command line as one sentence."""
+    text = one_line(error.format_message()).rstrip(".")
+    command = error.ctx.command_path if error.ctx is not None else "lobefem"
+    return f"{text}; see {command} --help"

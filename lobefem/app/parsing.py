@@ -1,0 +1,97 @@
+"""Values of command line options from their text; what cannot be is an InputError that names the option."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lobefem.errors import InputError
+
+__all__ = ["distortion", "divisions", "integer", "integers", "one_of", "positive", "pressure"]
+
+
+def pressure(name: str, text: str) -> float:
+    """A positive pressure [Pa] from text, with or without its unit."""
+    from lobefem.units import PRESSURE
+
+    try:
+        value = PRESSURE.read(text)
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
+    if not 0 < value < float("inf"):
+        raise InputError(f"{name}: {text!r} is no positive pressure; {PRESSURE.advice}")
+    return value
+
+
+def divisions(name: str, text: str | None) -> tuple[tuple[int, int], ...] | None:
+    """Mesh divisions from "18x24,24x32,36x48"; None for None."""
+    if text is None:
+        return None
+    pairs = []
+    for part in text.split(","):
+        ends = part.strip().split("x")
+        if len(ends) != 2 or not all(end.isdecimal() and len(end) < 7 for end in ends):
+            raise InputError(f"{name}: {text!r} is impossible; give divisions such as 18x24,24x32,36x48")
+        pairs.append((int(ends[0]), int(ends[1])))
+    return tuple(pairs)
+
+
+def positive(name: str, text: str) -> float:
+    """A positive finite number from text."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0 < value < float("inf"):
+        raise InputError(f"{name}: {text!r} is no positive number; give one such as 0.1")
+    return value
+
+
+def distortion(name: str, text: str) -> Any:
+    """The distortion that an option asks for."""
+    from lobefem.equilibrium.distortions import Bend, Tip, Twist, Wave
+    from lobefem.units import LENGTH, NUMBER
+
+    harmonic = 0
+    if name == "--wave":
+        first, _, text = text.partition(":")
+        harmonic = integer("--wave", first, 0)
+    kind = NUMBER if name in ("--bend", "--twist") else LENGTH
+    try:
+        value = kind.read(text)
+    except ValueError as error:
+        raise InputError(f"{name}: {error}") from None
+    if value == 0:
+        raise InputError(f"{name}: {text!r} distorts nothing; give another number")
+    if name == "--wave":
+        return Wave(harmonic, value)
+    kinds: dict[str, Any] = {"--tip-displacement": Tip, "--bend": Bend, "--twist": Twist}
+    return kinds[name](value)
+
+
+def integer(name: str, text: str, least: int) -> int:
+    """An integer from text, at least `least`."""
+    if not text.strip().isdecimal() or len(text) > 9 or int(text) < least:
+        raise InputError(f"{name}: {text!r} is impossible; give an integer, {least} or more")
+    return int(text)
+
+
+def integers(name: str, text: str | None) -> tuple[int, ...] | None:
+    """Integers from "3", "0:8" (both ends) or "2,5,7"; None for None."""
+    if text is None:
+        return None
+    numbers: list[int] = []
+    for part in text.split(","):
+        ends = [end.strip() for end in part.split(":")]
+        if len(ends) > 2 or not all(end.isdecimal() and len(end) < 7 for end in ends):
+            raise InputError(f"{name}: {text!r} is impossible; give integers such as 3, 0:8 or 2,5,7")
+        first, last = int(ends[0]), int(ends[-1])
+        numbers += range(first, last + 1)
+    if not numbers:
+        raise InputError(f"{name}: {text!r} holds no integer; give some such as 3, 0:8 or 2,5,7")
+    return tuple(dict.fromkeys(numbers))
+
+
+def one_of(name: str, word: str, words: tuple[str, ...]) -> None:
+    """Refuse a word that is none of the known ones."""
+    if word not in words:
+        raise InputError(f"{name}: {word!r} is unknown; use {' or '.join(words)}")

@@ -1,0 +1,309 @@
+"""Commands on a design whose results are plain data: equilibrium states and their modes.
+
+A solve that fails is part of the outcome: what was reached before it is kept and can be stored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from lobefem.app import advice
+from lobefem.equilibrium.inflation import inflate as find_equilibrium
+from lobefem.equilibrium.state import Equilibrium, ideal_state
+from lobefem.errors import InputError, SolveError
+from lobefem.io.design import Design
+from lobefem.io.run_folder import RunFolder
+from lobefem.io.xdmf import Snapshot
+from lobefem.outcomes import UNDECIDED
+from lobefem.progress import Progress, part, said
+from lobefem.version import __version__
+
+if TYPE_CHECKING:
+    from lobefem.stability.modes import Mode
+
+__all__ = [
+    "FIELDS",
+    "KINK",
+    "SCHEMA",
+    "STATES",
+    "Outcome",
+    "check_state",
+    "failure",
+    "inflate",
+    "mode_data",
+    "modes",
+    "summary",
+]
+
+SCHEMA = 1  # of the results; a change that a reader must know of raises it
+
+STATES = ("ideal", "inflated")
+
+FIELDS = ("tension-field", "imp")  # laws with the tension field's stress
+
+_VERDICT = (
+    "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
+    "unstable at any; see lobefem critical --mesh-study, and --film tension-field --state inflated"
+)
+
+KINK = (
+    "the ideal state of tension-field film lies on the border of taut and wrinkled, where its tangent "
+    "jumps: what is shown is the wrinkled side, a lower bound, beside the mean of both sides, an upper one"
+)
+
+_EQUILIBRIUM = (
+    "converged", "reason", "iterations", "residual", "relative_residual", "pressure", "prestress",
+    "volume", "strain_energy", "max_displacement", "bar_force", "hoop_tension", "taut_area",
+    "wrinkled_area", "slack_area", "num_dofs", "steps",
+)  # fmt: skip
+
+
+@dataclass
+class Outcome:
+    """The result of a command.
+
+    Attributes:
+        results: plain data in SI units, for JSON.
+        snapshots: what can be drawn of it.
+        error: the failure that ended it early, None where there was none.
+        figures: by file name, what draws each of them, for rank 0.
+    """
+
+    results: dict[str, Any]
+    snapshots: list[Snapshot] = field(default_factory=list)
+    error: SolveError | None = None
+    figures: dict[str, Callable[[], Any]] = field(default_factory=dict)
+
+
+def inflate(
+    design: Design,
+    *,
+    comm: Any = None,
+    progress: Progress | None = None,
+    folder: RunFolder | None = None,
+) -> Outcome:
+    """The equilibrium at the design's one pressure; every pressure step is kept. Collective.
+
+    Args:
+        design: what to inflate.
+        comm: MPI communicator (default: all ranks).
+        progress: called with a line of text now and then.
+        folder: where to keep the steps, and to go on from.
+
+    Raises:
+        InputError: a design of several pressures.
+    """
+    pressures = design.pressure.value
+    if len(pressures) != 1:
+        raise InputError(
+            f"inflate takes one pressure, not {_list(pressures)}; give one, e.g. --pressure {pressures[-1]:g}"
+        )
+    outcome = Outcome(summary("inflate", design) | dict.fromkeys(_EQUILIBRIUM))
+    outcome.results["warnings"] += advice.of_pressures(design, pressures)
+    balloon = design.balloon(design.surface(comm))
+    state: Equilibrium | None
+    options: dict[str, Any] = {"progress": progress}
+    try:
+        if folder is not None:
+            options |= {"on_step": lambda state: folder.keep(state, {}), "start": _kept(folder, balloon)}
+        state = find_equilibrium(balloon, pressures[0], nested=True, **options)
+    except SolveError as error:
+        outcome.error, state = error, error.state
+    if state is not None:
+        outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM}
+        outcome.snapshots.append(Snapshot(balloon, state.pressure, state))
+    if outcome.error is not None:
+        outcome.results |= failure(outcome.error)
+    return outcome
+
+
+def _kept(folder: RunFolder, balloon: Any) -> Equilibrium | None:
+    """The equilibrium that a run came to. Collective."""
+    kept: Any = folder.kept(balloon)
+    if kept is None:
+        return None
+    return find_equilibrium(balloon, kept.pressure, prestress=kept.prestress, start=kept)
+
+
+def modes(
+    design: Design,
+    *,
+    state: str = "ideal",
+    count: int = 8,
+    mass: str = "unit",
+    harmonics: tuple[int, ...] | None = None,
+    comm: Any = None,
+    progress: Progress | None = None,
+    folder: RunFolder | None = None,
+) -> Outcome:
+    """The lowest modes at each of the design's pressures, in the order given; each is kept. Collective.
+
+    Args:
+        design: what to look at.
+        state: "ideal" for the held isotensoid with prestress in proportion to the pressure,
+            "inflated" for the equilibrium, each found from the one before.
+        count: modes a pressure.
+        mass: "unit" or "nodal".
+        harmonics: look at modes of these harmonics only, each from one sector.
+        comm: MPI communicator (default: all ranks).
+        progress: called with a line of text now and then.
+        folder: where to keep each pressure's modes, and to go on from.
+
+    Raises:
+        InputError: an ideal state asked of a cylinder.
+    """
+    from lobefem.stability.modes import find_modes  # slow to import: inflate does without
+
+    check_state(state, design)
+    results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
+    if design.film.law == "fixed-wrinkles":
+        results["warnings"].append(_VERDICT)
+    if state == "ideal":
+        results["warnings"] += advice.of_built_in(design)
+    if state == "ideal" and design.film.law in FIELDS and not design.film.hoop_slack:
+        results["warnings"].append(KINK)
+    results["warnings"] += advice.of_pressures(design, design.pressure.value)
+    outcome = Outcome(results)
+    balloon = design.balloon(design.surface(comm), prestressed=True if state == "ideal" else None)
+    two_sided = False
+    if state == "ideal" and design.film.law in FIELDS:
+        from lobefem.stability import one_sided  # slow to import, as is SciPy with it
+
+        two_sided = one_sided.has_kink(balloon)
+    previous: Equilibrium | None = None
+    pressures = design.pressure.value
+    for number, pressure in enumerate(pressures, 1):
+        kept = None if folder is None else folder.kept_modes(number, balloon)
+        if kept is not None:
+            previous, drawn, entry = kept[0], kept[1], dict(kept[2])
+            results["pressures"].append(entry)
+            outcome.snapshots.append(Snapshot(balloon, pressure, previous, drawn))
+            continue
+        held = None
+        say = part(progress, (number - 1) / len(pressures), number / len(pressures))
+        try:
+            if state == "ideal":
+                held = ideal_state(balloon, pressure)
+            else:
+                held = previous = find_equilibrium(
+                    balloon, pressure, start=previous, nested=True, progress=part(say, 0.0, 0.5)
+                )
+            if say is not None:
+                say(said(f"modes at {pressure:g} Pa", 0.5 if state == "inflated" else 0.0))
+            sides = None
+            if two_sided:
+                sides = one_sided.one_sided_modes(balloon, pressure, count, mass=mass, harmonics=harmonics)
+                found = sides.wrinkled
+            else:
+                found = find_modes(held, count, mass=mass, harmonics=harmonics)
+        except SolveError as error:
+            outcome.error = error
+            results |= failure(error)
+            last = error.state or held  # an equilibrium whose modes fail is one still
+            if last is not None and (last is held or last is not previous):
+                outcome.snapshots.append(Snapshot(balloon, last.pressure, last))
+            return outcome
+        entry = {
+            "pressure": pressure,
+            "modes": [mode_data(mode) for mode in found.modes],
+            "stable": found.stable,
+            "verdict": "stable" if found.stable else "unstable",
+            "symmetric": found.symmetric,
+            "asymmetry": found.asymmetry,
+            "num_negative": found.num_negative,
+            "state_residual": held.relative_residual,
+            "volume": held.volume,
+        }
+        if sides is not None:
+            entry |= {
+                "mean_modes": [mode_data(mode) for mode in sides.mean.modes],
+                "taut_modes": [mode_data(mode) for mode in sides.taut.modes],
+                "bounds": sides.bounds,
+            }
+            if sides.bounds[0] <= 0 < sides.bounds[1]:
+                entry["verdict"] = UNDECIDED
+        results["pressures"].append(entry)
+        if folder is not None:
+            folder.keep_modes(number, held, found.modes, entry)
+        outcome.snapshots.append(Snapshot(balloon, pressure, held, found.modes))
+    if state == "ideal":
+        results["warnings"] += advice.of_balance(max(e["state_residual"] for e in results["pressures"]))
+    branches = _branches(outcome.snapshots, mass)
+    if branches:
+        results["branches"] = branches
+    return outcome
+
+
+def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
+    """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
+    from lobefem.stability.branches import follow
+    from lobefem.stability.modes import Modes
+
+    sweep = {
+        s.pressure: Modes(s.state, mass, True, 0.0, None, s.modes) for s in snapshots if s.state is not None
+    }
+    if len(sweep) < 2:
+        return []
+    return [
+        vars(b) | {"pressures": b.pressures.tolist(), "values": b.values.tolist()}
+        for b in follow(list(sweep.values()))
+    ]
+
+
+def check_state(state: str, design: Design) -> None:
+    """Refuse an unknown kind of state, or one that the design lacks, with an InputError."""
+    if state not in STATES:
+        raise InputError(f"state {state!r} is unknown; use ideal or inflated")
+    film = design.film
+    if state == "ideal" and "load-path" in (film.law, film.setup):
+        key = "law" if film.law == "load-path" else "setup"
+        raise InputError(
+            f"film.{key} = 'load-path' finds its stress in the inflated state, and the ideal state has "
+            "that of the closed form; use lobefem modes --state inflated, or leave it out"
+        )
+    if state == "ideal" and not design.has_ideal_state:
+        raise InputError(
+            "a cylinder has no ideal state, for it carries no pressure as it is drawn; use "
+            "lobefem modes --state inflated, or the kind 'isotensoid' or 'formed'"
+        )
+
+
+def summary(command: str, design: Design) -> dict[str, Any]:
+    """The part of every result that describes its origin."""
+    return {
+        "schema": SCHEMA,
+        "command": command,
+        "version": __version__,
+        "film": design.film.law,
+        "load": design.pressure.load,
+        "support": design.plates.support,
+        "lobes": design.shape.lobes,
+        "radius": design.shape.size,
+        "thickness": design.film.thickness,
+        "divisions": design.mesh.divisions,
+        "warnings": advice.of_design(design),
+    }
+
+
+def mode_data(mode: Mode) -> dict[str, Any]:
+    """The entry of a mode in the results."""
+    return {
+        "real": mode.value.real,
+        "imag": mode.value.imag,
+        "residual": mode.residual,
+        "harmonic": mode.harmonic,
+        "kind": mode.kind,
+        "harmonics": mode.harmonics,
+    }
+
+
+def failure(error: SolveError) -> dict[str, Any]:
+    """The entry of a failed solve in the results."""
+    reason = error.data.get("reason", type(error).__name__)
+    return {"converged": False, "reason": reason, "error": str(error)}
+
+
+def _list(pressures: tuple[float, ...]) -> str:
+    return ", ".join(f"{p:g}" for p in pressures) + " Pa"

@@ -1,0 +1,225 @@
+"""Tables of results on the terminal."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from lobefem.terminal import console
+from lobefem.viz.verdict import verdict
+
+__all__ = ["printable", "show", "show_findings", "show_profile", "show_rows"]
+
+
+def show(results: dict[str, Any]) -> None:
+    """Print results as a table on stdout."""
+    # as wide as the table wants where no terminal sets a limit
+    screen = console(sys.stdout, 120)
+    table = {
+        "inflate": _inflate_table,
+        "modes": _modes_table,
+        "critical": _critical_table,
+        "harmonics": _harmonics_table,
+        "mesh-study": _study_table,
+        "perturb": _perturb_table,
+    }
+    screen.print(_caption(results))
+    screen.print(table[results["command"]](results))
+    if results["command"] in ("critical", "harmonics"):
+        for sentence in verdict(results):
+            screen.print(sentence, markup=False, soft_wrap=True)
+
+
+def _caption(results: dict[str, Any]) -> str:
+    """The two lines above a table."""
+    if results["command"] == "inflate":
+        title = f"Equilibrium at {results['pressure']:g} Pa"
+    elif results["command"] == "modes":
+        title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
+    elif results["command"] == "harmonics":
+        title = "Critical pressure of each harmonic, ideal state"
+    elif results["command"] == "perturb":
+        title = f"{results['distortion']} of {results['parameter']:g} {results['unit']}".capitalize()
+        title += f" at {results['pressure']:g} Pa, {results['outcome']}"
+    elif results["command"] == "mesh-study":
+        title = "Critical pressures under refinement, ideal state"
+    else:
+        title = f"Critical pressure of the {results['state']} state"
+    lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
+    mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
+    size = f"radius {results['radius']:g} m, {1e3 * results['thickness']:g} mm of {results['film']} film"
+    design = f"{size}, {results['load']} load, {results['support']}"
+    return f"{title}\n{lobes}, {design}, {mesh}"
+
+
+def _table(*columns: str) -> Any:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE)
+    for column in columns:
+        table.add_column(column, justify="right" if column else "left", no_wrap=True)
+    return table
+
+
+_QUANTITIES = (
+    ("volume", "m^3"),
+    ("strain_energy", "J"),
+    ("max_displacement", "m"),
+    ("bar_force", "N"),
+    ("hoop_tension", "N"),
+    ("taut_area", "m^2"),
+    ("wrinkled_area", "m^2"),
+    ("slack_area", "m^2"),
+    ("residual", "N"),
+    ("iterations", ""),
+    ("num_dofs", ""),
+)
+
+
+def _inflate_table(results: dict[str, Any]) -> Any:
+    table = _table("", "value", "")
+    for key, unit in _QUANTITIES:
+        value = results[key]
+        if value is None or value == ():
+            continue
+        text = " ".join(f"{v:.8g}" for v in (value if isinstance(value, tuple) else (value,)))
+        table.add_row(key.replace("_", " "), text, unit)
+    return table
+
+
+def _modes_table(results: dict[str, Any]) -> Any:
+    unit = "Pa/m" if results["mass"] == "unit" else "N/m"
+    table = _table(
+        "pressure [Pa]", "mode", f"real [{unit}]", f"imag [{unit}]", "harmonic", "kind", "residual"
+    )
+    for entry in results["pressures"]:
+        for k, mode in enumerate(entry["modes"], 1):
+            table.add_row(
+                f"{entry['pressure']:g}" if k == 1 else "",
+                str(k),
+                f"{mode['real']:.6g}",
+                f"{mode['imag']:.3g}" if mode["imag"] else "",
+                str(mode["harmonic"]),
+                mode["kind"],
+                f"{mode['residual']:.0e}",
+            )
+        verdict = entry.get("verdict", "stable" if entry["stable"] else "unstable")
+        table.add_row("", "", verdict, end_section=True)
+    return table
+
+
+def _critical_table(results: dict[str, Any]) -> Any:
+    path = "point" in results
+    table = _table("pressure [Pa]", "harmonic", "kind", *(("point", "load's share") if path else ()))
+    rest = [""] * (len(table.columns) - 1)
+    if results["critical_pressure"] is None or results["kind"] is None:
+        table.add_row(results["reason"], *rest)
+    else:
+        pressure = f"{results['critical_pressure']:.6g}"
+        more = (results["point"], f"{results['projection']:.1e}") if path else ()
+        table.add_row(pressure, str(results["harmonic"]), results["kind"], *more)
+    for name, pressure in results.get("sides", {}).items():
+        said = "none" if pressure is None else f"{pressure:.6g}"
+        table.add_row(f"{name}: {said}", *rest)
+    return table
+
+
+def _study_table(results: dict[str, Any]) -> Any:
+    from rich.console import Group
+
+    table = _table("mesh", "pressure [Pa]", "harmonic")
+    for row in results["meshes"]:
+        mesh = "x".join(map(str, row["divisions"]))
+        table.add_row(mesh, f"{row['critical_pressure']:.6g}", str(row["harmonic"]))
+    return Group(table, *(f"- {sentence}" for sentence in results["verdict"]))
+
+
+def _harmonics_table(results: dict[str, Any]) -> Any:
+    sides = any("upper_bound" in row for row in results["chart"])
+    last = ("upper bound",) if sides else ()
+    table = _table("harmonic", "pressure [Pa]", "kind", "residual", "lowest", *last)
+    for row in results["chart"]:
+        pressure = row["critical_pressure"]
+        said = "never unstable" if math.isinf(pressure) else f"{pressure:.6g}"
+        if pressure == 0:
+            said = "0" if row.get("upper_bound", 0) else "unstable at any"
+        error = f"{row['residual']:.0e}" if row["kind"] else ""
+        first = "<--" if row["harmonic"] == results["harmonic"] and row["kind"] else ""
+        upper = (f"{row['upper_bound']:.6g}",) if sides else ()
+        table.add_row(str(row["harmonic"]), said, row["kind"], error, first, *upper)
+    return table
+
+
+def show_profile(profile: dict[str, Any]) -> None:
+    """Print where the time went on stderr: stages exclusive of each other, of rank 0."""
+    whole = profile["whole"]
+    table = _table("stage", "seconds", "share", "calls")
+    for name, entry in profile["stages"].items():
+        seconds, calls = entry["seconds"], entry["calls"]
+        if seconds > 0:
+            table.add_row(name, f"{seconds:.3f}", f"{seconds / whole:.0%}", str(calls or ""))
+    table.add_section()
+    table.add_row("whole", f"{whole:.3f}", "100%", "")
+    screen = console(sys.stderr, 120)
+    screen.print(table)
+    if profile["floor"] > 0:
+        floor = profile["floor"]
+        screen.print(
+            f"Floor, the numeric factorisations and triangular solves: {floor:.3f} s; the solve takes "
+            f"{profile['solve'] / floor:.2f}, the whole {whole / floor:.2f} times as long."
+        )
+
+
+def show_rows(rows: Sequence[Sequence[str]]) -> None:
+    """Print a sweep's table on stdout, its head first."""
+    used = [k for k, name in enumerate(rows[0]) if name != "reason" or any(row[k] for row in rows[1:])]
+    table = _table(*(rows[0][k].replace("_", " ") for k in used))
+    if used[-1] == len(rows[0]) - 1 and rows[0][-1] == "reason":
+        table.columns[-1].justify, table.columns[-1].no_wrap = "left", False
+    for row in rows[1:]:
+        table.add_row(*(row[k] for k in used))
+    console(sys.stdout, 160).print(table)
+
+
+def show_findings(findings: Sequence[Any]) -> None:
+    """Print what `lobefem doctor` found on stdout."""
+    screen = console(sys.stdout, 120)
+    for finding in findings:
+        mark = "[green]ok  [/green]" if finding.fine else "[bold red]FAIL[/bold red]"
+        screen.print(f"{mark} {finding.name:16}", end="")
+        screen.print(printable(finding.found), markup=False)
+        if finding.advice:
+            screen.print(f"{'':21}-> {printable(finding.advice)}", markup=False)
+
+
+def _perturb_table(results: dict[str, Any]) -> Any:
+    table = _table("", "value", "")
+    table.columns[1].justify = "right"
+    energy = results["energy"]
+    rows = [
+        ("volume, original", results["volume_original"], "m^3"),
+        ("volume, imposed", results["volume_imposed"], f"m^3, {results['imposed_ratio']:.5f} of it"),
+        ("volume, final", results["volume_final"], "m^3"),
+        ("reaction at the end of the ramp", results["reaction"], results["reaction_unit"]),
+        ("first contact", results["first_contact"], results["unit"]),
+        ("smallest gap", results["smallest_gap"], "m"),
+        ("lowest eigenvalue", results["min_eigenvalue"], "Pa/m"),
+        ("residual of the load", results["residual"], ""),
+        ("work of the constraint", energy["constraint"], "J"),
+        ("work of the gas", energy["pressure"], "J"),
+        ("gain in strain energy", energy["strain"], "J"),
+        ("contact energy", energy["contact"], "J"),
+        ("taken by damping", energy["damping"], "J"),
+        ("not accounted for", energy["closure"], f"J, {100 * energy['error']:.2g} %"),
+    ]
+    for name, value, unit in rows:
+        table.add_row(name, *(("none", "") if value is None else (f"{value:.6g}", unit)))
+    return table
+
+
+def printable(words: object) -> str:
+    """Words with what no terminal should get, in names of files for example, escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(words))

@@ -1,0 +1,233 @@
+"""`inflate`: the equilibrium of a balloon under gas pressure, by PETSc SNES."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from lobefem import checks
+from lobefem.equilibrium.grid_sequencing import coarser_balloon, interpolate
+from lobefem.equilibrium.newton import REASONS, Newton
+from lobefem.equilibrium.state import Equilibrium, record, require_whole
+from lobefem.errors import ConvergenceError, InputError
+from lobefem.fem.balloon import Balloon
+from lobefem.log import logger
+from lobefem.model.film import require_pressure
+from lobefem.profiling import timed
+from lobefem.progress import said
+
+__all__ = ["inflate"]
+
+Progress = Callable[[str], None]
+
+PREFIX = "lobefem_inflate_"
+
+_COARSE_RTOL = 1e-4  # of a start; another mesh's discretisation is off by more
+
+
+@timed("solver")
+def inflate(
+    balloon: Balloon,
+    pressure: float,
+    *,
+    prestress: float | None = None,
+    start: Equilibrium | None = None,
+    rtol: float = 1e-8,
+    max_iterations: int = 40,
+    min_step: float = 1e-3,
+    on_step: Callable[[Equilibrium], None] | None = None,
+    nested: bool = False,
+    keep_tangent: bool = True,
+    progress: Progress | None = None,
+) -> Equilibrium:
+    """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
+
+    Newton's method with MUMPS; its line search minimises the potential energy. The `film` load on
+    moving plates has none: there the search freezes the plates' own share over each step.
+
+    Args:
+        balloon: what to inflate.
+        pressure: gas pressure [Pa].
+        prestress: pressure whose meridional stress is built in [Pa]; by default `pressure` for a
+            prestressed balloon and 0 otherwise.
+        start: state to start from (default: the reference shape, drawn along with a lifted rim; of film
+            with a load path's stress that state, in whose shape it carries it).
+        rtol: norm of the residual over that of the pressure's nodal forces.
+        max_iterations: Newton iterations of one solve.
+        min_step: smallest pressure step, as a share of the whole.
+        on_step: called on all ranks with the equilibrium after each pressure step.
+        nested: without a start, look first for the equilibrium on meshes half as fine and start from there
+            (`lobefem.equilibrium.grid_sequencing`), where that saves time. It leads to the same state, on a fine mesh several
+            times sooner; where it leads nowhere the reference shape is the start.
+        keep_tangent: on a large mesh, take further steps with a factorised tangent while they cost less than
+            a new one; False for Newton's method as it is in books.
+        progress: called with a line of text after each solve.
+
+    Raises:
+        InputError: a pressure that is no number, or suction on film that carries tension only.
+        ConvergenceError: no equilibrium found; its `state` is the last one that was.
+
+    Collective.
+    """
+    require_whole(balloon)
+    require_pressure(balloon.film, pressure)
+    for name, value in (("min_step", min_step), ("rtol", rtol)):
+        checks.positive(name, value, "")
+    if start is not None:
+        checks.having("start", start, "vector", "a state, such as inflate found")
+    if prestress is None:
+        prestress = pressure if balloon.prestressed else 0.0
+    if checks.finite("prestress", prestress, "Pa") and not balloon.prestressed:
+        raise InputError(f"prestress = {prestress} Pa needs a balloon with prestressed=True")
+    if start is not None and start.balloon.map.size != balloon.map.size:
+        raise InputError(
+            f"the start has {start.balloon.map.size} unknowns and this balloon {balloon.map.size}; start "
+            "from a state on the same mesh with the same supports"
+        )
+    path = balloon.load_path
+    if start is None and path is not None and path.balloon.map.size == balloon.map.size:
+        start = path
+    q = start.vector() if start is not None else _drawn_along(balloon)
+    _check_start(balloon, q, start)
+    guess = None
+    if nested and start is None:
+        guess = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
+    balloon.set_loads(pressure, prestress)
+    begin = q if guess is None else guess
+    solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent)
+    try:
+        if guess is not None:
+            reason, count = solver.solve(guess)
+            _tell(pressure, reason, count, solver.norm, progress)
+            if reason > 0:
+                state = record(balloon, guess, True, REASONS[reason], count, (pressure,))
+                if on_step is not None:
+                    on_step(state)
+                return state
+        return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress)
+    finally:
+        solver.destroy()
+
+
+def _from_coarser(
+    balloon: Balloon,
+    pressure: float,
+    prestress: float,
+    max_iterations: int,
+    keep_tangent: bool,
+    progress: Progress | None,
+) -> Any:
+    """Unknowns to start from, the equilibrium on a mesh half as fine; None where none was found."""
+    coarse = coarser_balloon(balloon)
+    if coarse is None:
+        return None
+    q = _from_coarser(coarse, pressure, prestress, max_iterations, keep_tangent, progress)
+    if q is None:
+        q = _drawn_along(coarse)
+    coarse.set_loads(pressure, prestress)
+    solver = Newton(coarse, q, _COARSE_RTOL, max_iterations, PREFIX, keep=keep_tangent)
+    try:
+        reason, count = solver.solve(q)
+        _tell(pressure, reason, count, solver.norm, progress, coarse)
+    finally:
+        solver.destroy()
+    return interpolate(coarse, q, balloon) if reason > 0 else None
+
+
+def _tell(
+    pressure: float,
+    reason: int,
+    count: int,
+    norm: float,
+    progress: Progress | None,
+    coarse: Balloon | None = None,
+    share: float = 0.0,
+) -> None:
+    """Say how a solve ended, and what share of the work is done."""
+    on = " on {}x{}".format(*coarse.surface.divisions) if coarse is not None else ""
+    say = f"inflate {pressure:.6g} Pa{on}: {REASONS[reason]} after {count} iterations, |r| = {norm:.2e}"
+    logger.info(say)
+    if progress is not None:
+        progress(said(say, share))
+
+
+def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
+    """Refuse a film that intersects itself: contact keeps it free of that, and cannot undo it."""
+    if balloon.contact is None:
+        return
+    balloon.place(q)
+    if balloon.contact.intersects(balloon.u):
+        raise ConvergenceError(
+            "the film intersects itself where inflate starts; move plates and distortions in smaller steps",
+            state=start,
+            reason="film intersects itself",
+        )
+
+
+def _drawn_along(balloon: Balloon) -> Any:
+    """Unknowns to start from: the reference shape, its nodes drawn along evenly with a lifted rim.
+
+    Moved alone, the rim would strain the film next to it a hundred times more than the film bears in the
+    end; Newton's method needs some steps more to forget that.
+    """
+    q = balloon.map.create_vector()
+    motion = balloon.motion
+    if motion is not None and motion.plates.lift:
+        free = balloon.map.free
+        x = balloon.X[: balloon.map.owned // 3]
+        share = (x - motion.centres[0]) @ motion.direction / motion.length
+        q.array[: free.size] = np.outer(share, motion.plates.lift * motion.direction).ravel()[free]
+    return q
+
+
+def _step(
+    balloon: Balloon,
+    solver: Newton,
+    q: Any,
+    start: Equilibrium | None,
+    end: float,
+    prestress: float,
+    min_step: float,
+    on_step: Callable[[Equilibrium], None] | None,
+    progress: Progress | None,
+) -> Equilibrium:
+    """One step to the end, halved when it fails and doubled when it does not."""
+    begin = start.pressure if start is not None else 0.0
+    last, share, step = q.copy(), 0.0, 1.0
+    iterations, visited = 0, []
+    while True:
+        target = min(1.0, share + step)
+        p = begin + target * (end - begin)
+        balloon.set_loads(p, prestress)
+        reason, count = solver.solve(q)
+        iterations += count
+        _tell(p, reason, count, solver.norm, progress, share=target if reason > 0 else share)
+        if reason > 0:
+            visited.append(p)
+            if target == 1.0 or on_step is not None:
+                state = record(balloon, q, True, REASONS[reason], iterations, tuple(visited))
+                if on_step is not None:
+                    on_step(state)
+                if target == 1.0:
+                    return state
+            share, step = target, 2 * step
+            q.copy(last)
+            continue
+        last.copy(q)
+        step /= 2
+        if step < min_step:
+            balloon.set_loads(begin + share * (end - begin), prestress)
+            last_state = start
+            if visited:
+                last_state = record(balloon, q, True, "last converged", iterations, tuple(visited))
+            raise ConvergenceError(
+                f"inflate stopped at {begin + share * (end - begin):.6g} Pa of {end:.6g} Pa "
+                f"({REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
+                "prestressed film, or a start that is not flat",
+                state=last_state,
+                pressure=p,
+                residual=solver.norm,
+                reason=REASONS[reason],
+            )

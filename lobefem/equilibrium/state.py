@@ -1,0 +1,342 @@
+"""States: unknowns with their loads (`Start`, `Checkpoint`, `Moment`), and `Equilibrium` with what was measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from lobefem import checks
+from lobefem.display import Glance, Glanceable, number
+from lobefem.errors import InputError
+from lobefem.fem import functionals, rigid_motions
+from lobefem.fem.balloon import Balloon
+from lobefem.frozen import Frozen
+from lobefem.geometry import gather
+from lobefem.linalg import petsc
+from lobefem.model.film import require_pressure
+from lobefem.typing import Array
+
+from dolfinx import fem
+
+__all__ = [
+    "Checkpoint",
+    "Equilibrium",
+    "Keepable",
+    "Moment",
+    "ideal_state",
+    "placed_state",
+    "record",
+    "require_drawn",
+    "require_whole",
+]
+
+
+@dataclass(frozen=True, repr=False)
+class Equilibrium(Frozen, Glanceable):
+    """A balloon's state: its own copies of the unknowns, and what was measured on it.
+
+    Attributes:
+        balloon: the balloon this is a state of.
+        pressure: gas pressure p [Pa].
+        prestress: pressure p0 [Pa] whose meridional stress is built into film and cords.
+        unknowns: this rank's part of q (see `lobefem.fem.constraint_map`).
+        displacement: this rank's nodal displacements, ghosts included, (nodes, 3) [m].
+        converged, reason, iterations: of SNES (all steps together); reason in words.
+        residual: norm of the reduced residual [N, N m].
+        relative_residual: the same over the norm of the pressure's nodal forces.
+        volume: enclosed by film and plates [m^3].
+        strain_energy: of film, cords and bar [J], built-in stress included; None for a film whose
+            stress is no energy's gradient.
+        max_displacement: largest nodal displacement [m], without the tilt that a pinned support leaves free.
+        bar_force: [N], tension positive; None without a bar or with both rims held.
+        hoop_tension: mean tension of each cord group [N].
+        taut_area, wrinkled_area, slack_area: reference areas [m^2].
+        num_dofs: displacement components of all nodes.
+        steps: pressures at which Newton's method converged on the way [Pa].
+        parameter: of the guide that leads the balloon [m or rad], 0 without one.
+    """
+
+    balloon: Balloon = field(repr=False)
+    pressure: float
+    prestress: float
+    unknowns: Array = field(repr=False)
+    displacement: Array = field(repr=False)
+    converged: bool
+    reason: str
+    iterations: int
+    residual: float
+    relative_residual: float
+    volume: float
+    strain_energy: float | None
+    max_displacement: float
+    bar_force: float | None
+    hoop_tension: tuple[float, ...]
+    taut_area: float
+    wrinkled_area: float
+    slack_area: float
+    num_dofs: int
+    steps: tuple[float, ...] = ()
+    parameter: float = 0.0
+
+    def vector(self) -> Any:
+        """The unknowns q as a PETSc vector. Collective."""
+        q = self.balloon.map.create_vector()
+        q.array[:] = self.unknowns
+        return q
+
+    def activate(self) -> Any:
+        """Put this state's loads and displacement back into its balloon; returns q. Collective."""
+        self.balloon.set_loads(self.pressure, self.prestress)
+        if self.balloon.guide is not None:
+            self.balloon.guide.parameter = self.parameter
+        q = self.vector()
+        self.balloon.place(q)
+        return q
+
+    def stress_resultants(self) -> Any:
+        """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
+        self.activate()
+        return functionals.stress_resultants(self.balloon)
+
+    def regions(self) -> Any:
+        """Shares (taut, wrinkled, slack) of each cell as a piecewise constant function. Collective."""
+        self.activate()
+        return functionals.region_shares(self.balloon)
+
+    def to_pyvista(self) -> Any:
+        """The film in this state as a PyVista grid on rank 0, None elsewhere. Collective.
+
+        Points are where the nodes are now. Point data "displacement" [m]; cell data "stress_resultants"
+        (N_m, N_h, N_mh) [N/m], "regions" (shares of taut, wrinkled and slack film) and "lobe". Rank 0
+        gathers all of it: see `lobefem.geometry.gather.gather` for what that takes.
+        """
+        balloon = self.balloon
+        cellwise = {
+            "stress_resultants": self.stress_resultants().x.array.reshape(-1, 3),
+            "regions": self.regions().x.array.reshape(-1, 3),
+            "lobe": balloon.surface.lobe_numbers(),
+        }
+        nodal = {"displacement": gather.at_nodes(balloon.V, self.displacement)}
+        whole = gather.gather(balloon.mesh, nodal, cellwise)
+        if whole is None:
+            return None
+        grid = gather.to_pyvista(whole)
+        grid.points = whole.x + whole.nodal["displacement"]
+        return grid
+
+    def _glance(self) -> Glance:
+        area = self.taut_area + self.wrinkled_area + self.slack_area
+        parts = {"taut": self.taut_area, "wrinkled": self.wrinkled_area, "slack": self.slack_area}
+        film = ", ".join(f"{100 * part / area:.3g} % {name}" for name, part in parts.items())
+        rows = [
+            ("volume", number(self.volume, "m^3", 8)),
+            ("largest displacement", number(self.max_displacement, "m")),
+            ("film", film),
+            ("residual over load", f"{self.relative_residual:.1e}"),
+            ("iterations", str(self.iterations)),
+            ("built-in stress of", number(self.prestress, "Pa")),
+            ("strain energy", number(self.strain_energy, "J")),
+            ("bar force", number(self.bar_force, "N")),
+            ("cord tension", ", ".join(number(t, "N") for t in self.hoop_tension) or "none"),
+            ("displacement components", str(self.num_dofs)),
+        ]
+        return Glance(f"{self.pressure:g} Pa, {self.reason}", tuple(rows))
+
+    def true_resultants(self) -> Any:
+        """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m], see `measures`. Collective."""
+        self.activate()
+        return functionals.true_resultants(self.balloon)
+
+
+def ideal_state(balloon: Balloon, pressure: float) -> Equilibrium:
+    """The lobes as they were drawn, geometry held, their stress proportional to the pressure.
+
+    The paper's sec. 5 takes its eigenvalues here. Exact equilibrium up to discretisation, whose
+    residual is reported.
+
+    Args:
+        balloon: a prestressed balloon.
+        pressure: p [Pa].
+
+    Collective.
+    """
+    require_whole(balloon)
+    require_pressure(balloon.film, pressure)
+    require_drawn(balloon)
+    if not balloon.prestressed:
+        raise InputError("the ideal state needs a prestressed balloon; pass prestressed=True")
+    balloon.set_loads(pressure, pressure)
+    q = balloon.map.create_vector()
+    return record(balloon, q, True, "held geometry", 0, ())
+
+
+def placed_state(balloon: Balloon, displacement: Array) -> Equilibrium:
+    """A displacement as a state to start `inflate` from, without load; in equilibrium only by chance.
+
+    Args:
+        balloon: what to displace.
+        displacement: this rank's nodal displacements, ghosts included, (nodes, 3) [m]; nodes that are
+            held or belong to a plate stay where they are.
+
+    Collective.
+    """
+    balloon.set_loads(0.0)
+    q = balloon.map.create_vector()
+    with q as array:
+        free = balloon.map.free
+        array[: free.size] = displacement.reshape(-1)[free]
+    return record(balloon, q, False, "placed", 0, ())
+
+
+def record(
+    balloon: Balloon,
+    q: Any,
+    converged: bool,
+    reason: str,
+    iterations: int,
+    steps: tuple[float, ...],
+) -> Equilibrium:
+    """Measure a state at q under the balloon's present loads. Collective."""
+    petsc.tidy(balloon.comm)  # what the way here has left
+    r = q.duplicate()
+    balloon.residual(q, r)
+    norm, scale = r.norm(), balloon.load_norm(q)
+    bar_force = balloon.bar_force()
+    r.destroy()
+    displacement = balloon.u.x.array.reshape(-1, 3).copy()
+    taut, wrinkled, slack = functionals.region_areas(balloon)
+    return Equilibrium(
+        balloon=balloon,
+        pressure=float(balloon.pressure.value),
+        prestress=float(balloon.prestress.value),
+        unknowns=q.array_r.copy(),
+        displacement=displacement,
+        converged=converged,
+        reason=reason,
+        iterations=iterations,
+        residual=norm,
+        relative_residual=norm / scale if scale else norm,
+        volume=balloon.volume(),
+        strain_energy=balloon.strain_energy(),
+        max_displacement=rigid_motions.largest_of_state(balloon, displacement),
+        bar_force=bar_force,
+        hoop_tension=functionals.cord_tensions(balloon),
+        taut_area=taut,
+        wrinkled_area=wrinkled,
+        slack_area=slack,
+        num_dofs=3 * balloon.V.dofmap.index_map.size_global,
+        steps=steps,
+        parameter=balloon.guide.parameter if balloon.guide is not None else 0.0,
+    )
+
+
+def require_whole(balloon: Balloon) -> None:
+    """Refuse one sector of a balloon, or no balloon, where a whole one is needed."""
+    checks.having("balloon", balloon, "reference_area", "a Balloon")
+    if balloon.surface.copies != 1:
+        raise InputError("this is one sector of a balloon; mesh the whole surface (sector=False)")
+
+
+def require_drawn(balloon: Balloon) -> None:
+    """Refuse supports that move nodes where the lobes are looked at as they were drawn. Collective."""
+    checks.having("balloon", balloon, "reference_area", "a Balloon")
+    balloon.place(balloon.map.create_vector())
+    moved = functionals.largest(balloon, balloon.u.x.array.reshape(-1, 3))
+    if moved > 1e-9 * math.sqrt(balloon.reference_area):  # more than round-off
+        raise InputError(
+            f"the supports move the film by {moved:.3g} m, and the ideal state is that of the lobes as they "
+            "were drawn; leave lift or displacement out, or look at the inflated state"
+        )
+
+
+class Keepable(Protocol):
+    """A state that can be saved: an `Equilibrium`, or unknowns in motion."""
+
+    @property
+    def balloon(self) -> Balloon:
+        """The balloon whose state it is."""
+
+    @property
+    def pressure(self) -> float:
+        """Gas pressure [Pa]."""
+
+    @property
+    def prestress(self) -> float:
+        """Pressure of the built-in stress [Pa]."""
+
+    @property
+    def displacement(self) -> Array:
+        """This rank's nodal displacements, ghosts included, (nodes, 3) [m]."""
+
+    def vector(self) -> Any:
+        """The unknowns q as a PETSc vector. Collective."""
+
+
+@dataclass(frozen=True)
+class Checkpoint(Frozen):
+    """A state read back: `inflate(balloon, pressure, start=checkpoint)` goes on from it.
+
+    Attributes:
+        balloon: the balloon whose unknowns these are.
+        pressure, prestress: as in `Equilibrium` [Pa].
+        unknowns: this rank's part of q.
+        notes: what was kept with it.
+        fields: other nodal fields that were, by name: this rank's values, ghosts included (nodes, 3).
+    """
+
+    balloon: Balloon = field(repr=False)
+    pressure: float
+    prestress: float
+    unknowns: Array = field(repr=False)
+    notes: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    fields: Mapping[str, Array] = field(default_factory=dict, repr=False)
+
+    def vector(self) -> Any:
+        """The unknowns q as a PETSc vector. Collective."""
+        q = self.balloon.map.create_vector()
+        q.array[:] = self.unknowns
+        return q
+
+
+class Start(Protocol):
+    """A state from which `release` can start: an `Equilibrium`, a `Moment`, or one read back."""
+
+    @property
+    def balloon(self) -> Balloon: ...
+    @property
+    def pressure(self) -> float: ...
+    @property
+    def prestress(self) -> float: ...
+    def vector(self) -> Any:
+        """The unknowns q as a PETSc vector. Collective."""
+
+
+@dataclass(frozen=True)
+class Moment(Frozen):
+    """A balloon in motion: its loads and unknowns at one time.
+
+    Attributes:
+        balloon: the balloon whose unknowns these are.
+        pressure, prestress: as in `Equilibrium` [Pa].
+        unknowns: this rank's part of q.
+    """
+
+    balloon: Balloon = field(repr=False)
+    pressure: float
+    prestress: float
+    unknowns: Array = field(repr=False)
+
+    def vector(self) -> Any:
+        """The unknowns q as a PETSc vector. Collective."""
+        q = self.balloon.map.create_vector()
+        q.array[:] = self.unknowns
+        return q
+
+    @property
+    def displacement(self) -> Array:
+        """This rank's nodal displacements, ghosts included, (nodes, 3) [m]. Collective."""
+        u = fem.Function(self.balloon.V)
+        self.balloon.map.displace(self.vector(), u)
+        return u.x.array.reshape(-1, 3).copy()

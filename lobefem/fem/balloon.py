@@ -1,0 +1,441 @@
+"""`Balloon`: surface, film and parts put together as energy, residual and tangent in q.
+
+All that has an energy is written once as an energy; residual and tangent are its derivatives. Only
+the `film` pressure, and a film law written as a stress, are residuals of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import copy
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import checks
+from lobefem.display import Glance, Glanceable, number
+from lobefem.errors import InputError
+from lobefem.fem.boundary_conditions import axis_terms, constraint_map, edge_nodes, plate_motion
+from lobefem.fem.contact_potential import Contact
+from lobefem.fem.plate_loads import PlateForces
+from lobefem.fem.prescribed_motion import Guide
+from lobefem.fem.reduced_matrix import Reduction
+from lobefem.fem.weak_forms import WeakForms, check_load_path
+from lobefem.frozen import OnMesh
+from lobefem.geometry.meridian import Lobe
+from lobefem.geometry.surface_checks import examine
+from lobefem.linalg import dolfinx_compat, petsc
+from lobefem.linalg.assembly import NodalMatrix, NodalVector, integral, together, total, totals
+from lobefem.model.components import Parts, row
+from lobefem.model.end_plates import PlateLoad
+from lobefem.model.film import Film, require_film
+from lobefem.model.gas_pressure import film_volume
+from lobefem.model.kinematics import Frame, revolved_frame
+from lobefem.model.self_contact import SelfContact
+from lobefem.profiling import timed
+from lobefem.typing import Array
+
+import basix.ufl
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+
+__all__ = ["Balloon"]
+
+
+class Balloon(OnMesh, Glanceable):
+    """A film surface with its load, cords, plates and supports.
+
+    Args:
+        surface: where the film lies (`lobefem.geometry.surface`).
+        film: its law.
+        parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
+            most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`; one
+            alone needs no brackets.
+        prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
+            (paper eq. 4), and the matching tension into the cords; p0 is the `prestress` of a state.
+        hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain); of one without it 0.
+        load_path: a state found with a `PrescribedPath` film on this surface; its stress is built into
+            the film, which carries it in that state's shape (paper sec. 4).
+        frame: the film's frame; by default that of a surface of revolution about the axis.
+        quadrature_degree: for the film's energy; by default exact for the element where it can be.
+
+    Attributes:
+        V, u: space and function of the displacement [m].
+        X: positions of V's nodes at rest, ghosts included (nodes, 3) [m].
+        axis: where the surface stands, see `lobefem.geometry.surface.Surface`.
+        x, direction: of a point of the film from the axis's origin, and the axis, in UFL.
+        map: from the unknowns q to u.
+        reference_area, reference_volume: of the surface at rest [m^2, m^3].
+
+    Raises:
+        InputError: parts that do not go together, or a surface that is not what it claims.
+
+    Collective.
+    """
+
+    @timed("set-up")
+    def __init__(
+        self,
+        surface: Any,
+        film: Film,
+        parts: Sequence[Any] = (),
+        *,
+        prestressed: bool = False,
+        hoop_slack: float = 0.0,
+        load_path: Any = None,
+        frame: Frame | None = None,
+        quadrature_degree: int | None = None,
+    ) -> None:
+        checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
+        require_film(film)
+        parts = row(parts)
+        sorted_parts = Parts.sort(parts)
+        petsc.tidy(surface.mesh.comm)
+        petsc.watch(self, surface.mesh)
+        self.surface, self.film, self.prestressed = surface, film, prestressed
+        self.parts, self.hoop_slack, self.quadrature_degree = parts, hoop_slack, quadrature_degree
+        self.given_frame, self.load_path = frame, load_path
+        self.cords, self.held = sorted_parts.cords, sorted_parts.held
+        self.load, self.plates = sorted_parts.load, sorted_parts.plates
+        if not 0 <= checks.finite("hoop_slack", hoop_slack, "") < 1:
+            raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
+        if hoop_slack and not prestressed and load_path is None:
+            raise InputError(
+                f"hoop_slack = {hoop_slack} is part of a built-in stress and there is none; pass "
+                "prestressed=True or a load_path, or leave it out"
+            )
+        if prestressed and not isinstance(surface.shape, Lobe):
+            raise InputError("prestress needs an isotensoid or a formed lobe; this surface is another shape")
+        if load_path is not None:
+            if prestressed:
+                raise InputError("the film gets its stress from the load path or by prestress, not from both")
+            check_load_path(load_path, surface, film)
+        axis = examine(surface, self.plates is not None)
+        if film.leads_to_stress and (prestressed or load_path is not None):
+            raise InputError(
+                f"{type(film).__name__} film finds its stress from unstressed film; leave prestressed and "
+                "load_path out, or give the law that takes over, such as TensionField"
+            )
+        self.mesh = surface.mesh
+        self.comm = self.mesh.comm
+        # degree of geometry and displacement, from the nodes of a cell
+        self.order = {3: 1, 4: 1, 6: 2, 9: 2}[dolfinx_compat.geometry_dofmap(self.mesh).shape[1]]
+        element = basix.ufl.element("Lagrange", self.mesh.basix_cell(), self.order, shape=(3,))
+        self.V = fem.functionspace(self.mesh, element)
+        self.X = self.V.tabulate_dof_coordinates()
+        self.X.flags.writeable = False
+        self.u = fem.Function(self.V, name="displacement")
+        self.pressure = fem.Constant(self.mesh, 0.0)
+        self.prestress = fem.Constant(self.mesh, 0.0)
+        self.axis = axis
+        self.direction, origin = axis_terms(self.mesh, axis)
+        self.x = ufl.SpatialCoordinate(self.mesh) - origin
+        self.frame = frame if frame is not None else revolved_frame(self.mesh, self.direction, origin)
+        self.motion = plate_motion(surface, self.plates, axis) if self.plates is not None else None
+        self.plate_forces = self._plate_forces(sorted_parts.plate_load)
+        self.free: Balloon | None = None
+        self.map = constraint_map(self.V, self.X, surface, self.held, self.motion)
+        self.contact = self._self_contact(sorted_parts.contact) if sorted_parts.contact is not None else None
+        self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
+        self._tangents: dict[int, Reduction] = {}
+        self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
+        wanted = fem.Constant(self.mesh, 1.0), film_volume(self.x, self.frame)
+        form = together(self.mesh, *((f, self.forms.dx) for f in wanted))
+        self.reference_area, self.reference_volume = map(float, totals(self.mesh, form))
+        self.reference_volume += self.motion.volume if self.motion else 0.0
+
+    def on(self, surface: Any) -> Balloon:
+        """The same film and parts on another surface. Collective.
+
+        Raises:
+            InputError: a frame or a load path that belong to this balloon's own surface.
+        """
+        if self.given_frame is not None or self.load_path is not None:
+            raise InputError("a film with a frame or a load path of its own stays on its surface")
+        return self.with_changes(surface=surface)
+
+    def with_changes(self, **changes: Any) -> Balloon:
+        """The balloon of the same arguments but for those given, by their names. Collective."""
+        arguments = {
+            "surface": self.surface,
+            "film": self.film,
+            "parts": self.parts,
+            "prestressed": self.prestressed,
+            "hoop_slack": self.hoop_slack,
+            "load_path": self.load_path,
+            "frame": self.given_frame,
+            "quadrature_degree": self.quadrature_degree,
+        }
+        return Balloon(**arguments | changes)
+
+    def under(self, guide: Guide) -> Balloon:
+        """This balloon led by a guide: another map, the same film, forms and matrices. Collective.
+
+        The two share their displacement and loads; `Equilibrium.activate` puts in those of a state.
+        """
+        led = copy(self)
+        petsc.watch(led, self.mesh)
+        led._residual_vector, led._full_tangent = self._residual_vector, self._full_tangent
+        led.map = constraint_map(self.V, self.X, self.surface, self.held, self.motion, guide)
+        led.plate_forces, led._tangents, led.free = copy(self.plate_forces), {}, self
+        return led
+
+    def adopt(self, other: Balloon) -> Any:
+        """The q with the displacement in which `other`, the same film with another map, is. Collective."""
+        return self.map.unknowns(other.u, other._w)
+
+    def _glance(self) -> Glance:
+        film, plates, surface = self.film, self.plates, self.surface
+        lobes = f"{surface.num_lobes} lobe{'s' if surface.num_lobes > 1 else ''}"
+        mesh = "unstructured mesh" if surface.divisions is None else "{} x {}".format(*surface.divisions)
+        bar: Any = plates.bar if plates is not None else False
+        stiffness = number(bar, "N") if not isinstance(bar, bool) else "rigid" if bar else "none"
+        rows = [
+            (
+                "film",
+                f"{type(film).__name__}, {1e3 * film.thickness:g} mm, E = {film.E:g} Pa, nu = {film.nu:g}",
+            ),
+            ("gas", f"{self.load.convention} load"),
+            ("plates", "none" if plates is None else f"{plates.support}, bar {stiffness}"),
+            *(("cords", f"{', '.join(cord.on)}, EA = {cord.EA:g} N") for cord in self.cords),
+            ("built-in stress", "the lobe's own" if self.prestressed else "none"),
+        ]
+        if self.contact is not None:
+            rows.append(("contact", "film and plates"))
+        return Glance(f"{lobes}, {mesh}", tuple(rows))
+
+    @property
+    def guide(self) -> Guide | None:
+        """The prescribed motion of this balloon, if any."""
+        return self.map.motion if isinstance(self.map.motion, Guide) else None
+
+    def _plate_forces(self, load: PlateLoad | None) -> PlateForces | None:
+        if self.motion is not None:
+            # of a sector its share, as its rims' areas and the bar are
+            excess = self.surface.shape.axial_excess / self.surface.copies if self.prestressed else None
+            closed = self.load.convention == "closed"
+            return PlateForces(self.motion, load, closed, self.pressure, self.prestress, excess)
+        if load is not None:
+            raise InputError(f"{load} needs EndPlates of which the top one moves, as with support 'clamped'")
+        return None
+
+    def _self_contact(self, part: SelfContact) -> Contact:
+        rims = tuple(self.edge_nodes(n) for n in ("rim_bottom", "rim_top")) if self.motion else ()
+        loads = (self.pressure, self.prestress)
+        return Contact(part, self.V, rims, lambda: max(abs(float(load.value)) for load in loads))
+
+    def edge_nodes(self, group: str) -> npt.NDArray[np.int32]:
+        """Node indices, owned and ghosts, of an edge group. Collective."""
+        return edge_nodes(self.V, self.surface, group)
+
+    @cached_property
+    def _residual_vector(self) -> NodalVector:
+        return NodalVector(self.forms.residual)
+
+    @cached_property
+    def _full_tangent(self) -> NodalMatrix:
+        return NodalMatrix(self.forms.tangent)
+
+    # --- what a solver asks for -----------------------------------------------------------------
+
+    def integrate(self, expression: Any) -> float:
+        """The integral of a UFL expression with its measure, over all ranks. Collective."""
+        return integral(self.mesh, expression)
+
+    def set_loads(self, pressure: float, prestress: float = 0.0) -> None:
+        """Set the gas pressure and the pressure p0 of the built-in stress [Pa]."""
+        self.pressure.value, self.prestress.value = pressure, prestress
+
+    def volume(self) -> float:
+        """Volume enclosed by film and plates [m^3] in the present displacement. Collective."""
+        change = total(self.mesh, self.forms.volume)
+        change += self.plate_forces.volume(self._w) if self.plate_forces else 0.0
+        return self.reference_volume + change
+
+    def place(self, q: Any) -> None:
+        """Put the displacement of q into `u`. Collective."""
+        self._w, _, _ = self.map.displace(q, self.u)
+
+    def load_norm(self, q: Any) -> float:
+        """Norm of the pressure's reduced nodal forces p dV/dq at q [N, N m]. Collective."""
+        self.place(q)
+        g = NodalVector(self.forms.load).assemble(self.forms.load)
+        out = self.map.create_vector()
+        _, dw, _ = self.map.plate_parameters(self.map.parameters(q))
+        self.map.reduce(g, self.map.plate_forces(g, self._w)[0], dw, out)
+        return abs(float(self.pressure.value)) * out.norm()
+
+    def bar_force(self) -> float | None:
+        """Force in the bar [N] at the last residual; None without a bar or with both rims held."""
+        motion, forces = self.map.motion, self.plate_forces
+        if motion is None or forces is None:
+            return None
+        return motion.bar_force(self._w, forces.top_force, forces.bar_built_in)
+
+    def freeze_plates(self, q: Any) -> None:
+        """Keep the plates' area vectors at q for the energies that follow. Collective."""
+        if self.plate_forces is not None:
+            w, _, _ = self.map.plate_parameters(self.map.parameters(q))
+            self.plate_forces.freeze(w)
+
+    @timed("energy")
+    def energy(self, q: Any) -> tuple[float, float]:
+        """Potential energy at q [J]: of strain, -p (V - V of the reference shape), dead load. Collective.
+
+        With a `SelfContact` the barrier's energy is added: infinite where the film intersects itself.
+
+        The `film` load differs from `closed` by a force p A n(theta) on each plate's centre, which has
+        no potential; here it keeps the direction of the last `freeze_plates`, so that the energy's
+        gradient is the residual at that point.
+
+        Returns:
+            the energy, and the size of the terms whose sum it is (for its round-off).
+
+        Raises:
+            InputError: the film's stress is no energy's gradient.
+        """
+        if not self.film.has_energy:
+            raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
+        self.place(q)
+        elastic = total(self.mesh, self.forms.elastic)
+        volume = total(self.mesh, self.forms.volume)
+        dead_work = 0.0
+        if self.plate_forces is not None:
+            elastic += self.plate_forces.bar_energy(self._w)
+            volume += self.plate_forces.volume(self._w)
+            volume -= self.plate_forces.centre_volume(self._w)
+            dead_work = self.plate_forces.dead_work(self._w)
+        work = float(self.pressure.value) * volume + dead_work
+        barrier = self.contact.energy(self.u) if self.contact is not None else 0.0
+        return elastic - work + barrier, abs(elastic) + abs(work)
+
+    def strain_energy(self) -> float | None:
+        """Strain energy of film, cords and bar [J] in the present displacement. Collective.
+
+        None for a film whose stress is no energy's gradient.
+        """
+        if not self.forms.has_energy:
+            return None
+        bar = self.plate_forces.bar_energy(self._w) if self.plate_forces else 0.0
+        return total(self.mesh, self.forms.elastic) + bar
+
+    def _plate_terms(self, nodal: Array) -> tuple[Array, Array]:
+        """Gradient and Hessian in w of all that acts on the plates, and on a guide's seams."""
+        gradient, hessian = self.map.plate_forces(nodal, self._w)
+        if self.plate_forces is not None:
+            self.plate_forces.add_to(gradient, hessian, self._w)
+        return gradient, hessian
+
+    def _assemble_residual(self) -> Array:
+        """The nodal residual at `u`, kept for the tangent that is asked for next. Collective."""
+        key = np.append(self.u.x.array, (self.pressure.value, self.prestress.value))
+        kept = self._residual_at.get("key")
+        if self.comm.allreduce(kept is not None and np.array_equal(kept, key), op=MPI.LAND):
+            return self._residual_vector.array
+        self._residual_at.clear()
+        r = self._residual_vector.assemble(self.forms.residual)
+        if self.contact is not None:
+            r += self.contact.gradient(self.u)
+        self._residual_at["key"] = key
+        return r
+
+    @timed("residual")
+    def residual(self, q: Any, out: Any) -> None:
+        """Write the reduced residual at q [N, N m] into `out`. Collective."""
+        self._w, dw, _ = self.map.displace(q, self.u)
+        r = self._assemble_residual()
+        gradient, _ = self._plate_terms(r)
+        self.map.reduce(r, gradient, dw, out)
+
+    def reaction(self, q: Any) -> float:
+        """The force conjugate to the guide's parameter at q, 0 without a guide [N or N m]. Collective."""
+        self.place(q)
+        r = self._assemble_residual()
+        gradient, _ = self._plate_terms(r)
+        if self.guide is None:
+            return 0.0
+        return float(gradient @ self.guide.rate(self.map.parameters(q))) + self.map.push_force(r)
+
+    @timed("tangent")
+    def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False, before: Any = None) -> Any:
+        """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
+
+        Args:
+            q: unknowns.
+            slot: calls with another slot keep a matrix of their own.
+            iteration: True for the matrix that the film wants in Newton's method, maybe a secant.
+            before: the unknowns before the last Newton step, for a matrix with the stress that is
+                linear in that step (`WeakForms.predicted`); with `iteration` only.
+        """
+        form = self.forms.iteration if iteration else self.forms.tangent
+        if before is not None:
+            form, increment = self.forms.predicted, self.forms.increment
+            self.map.displace(before, increment)
+        self._w, dw, d2w = self.map.displace(q, self.u)
+        if before is not None:
+            increment.x.array[:] = self.u.x.array - increment.x.array
+        K = self._full_tangent
+        K.assemble(form)
+        if slot not in self._tangents:
+            self._tangents[slot] = Reduction(K, self.map)
+        block = self._parameter_block(dw, d2w) if self.map.num_parameters else None
+        reduced = self._tangents[slot].fill(K, self._w, dw, block)
+        if self.contact is not None:
+            return self.contact.add_hessian(reduced, self.map.jacobian(self._w, dw), self.u, slot)
+        return reduced
+
+    def second_variation(self, q: Any, dv: Any, dq: Any) -> float:
+        """The second variation dv . K(q) dq, integrated over the film without assembling K [J]. Collective.
+
+        Stiff hoops put entries of 1e9 N/m into K; their round-off alone moves the softest
+        eigenvalues in the eighth digit. The integral forms strains first and keeps all of them.
+        """
+        self._w, dw, d2w = self.map.displace(q, self.u)
+        J = self.map.jacobian(self._w, dw)
+        for target, direction in ((self.forms.directions[0], dv), (self.forms.directions[1], dq)):
+            J.mult(direction, target.x.petsc_vec)
+            target.x.scatter_forward()
+        value = total(self.mesh, self.forms.second_variation)
+        if self.contact is not None:
+            value += self.contact.second_variation(
+                self.u, *(direction.x.petsc_vec for direction in self.forms.directions)
+            )
+        if self.map.num_parameters:
+            a, b = self.map.parameters(dv), self.map.parameters(dq)
+            value += float(a @ self._parameter_block(dw, d2w) @ b)
+        return value
+
+    def _parameter_block(self, dw: Array, d2w: Array) -> Array:
+        """The part of the tangent on the plates' parameters alone.
+
+        That is the curvature of the map and all that has its energy in w.
+        """
+        gradient, hessian = self._plate_terms(self._assemble_residual())
+        return dw.T @ hessian @ dw + np.einsum("w,wab->ab", gradient, d2w)
+
+    @cached_property
+    def _mass(self) -> NodalMatrix:
+        mass = NodalMatrix(self.forms.mass)
+        mass.assemble(self.forms.mass)
+        return mass
+
+    def mass_matrix(self) -> Any:
+        """Consistent mass of unit areal density on all nodal displacements [m^2]. Collective."""
+        return self._mass.whole()
+
+    def mass(self, q: Any, kind: str = "unit") -> Any:
+        """B of the eigenproblem in q: J^T M J or J^T J with the map's Jacobian at q. Collective.
+
+        Args:
+            q: unknowns.
+            kind: "unit" for the consistent mass of unit areal density [m^2], "nodal" for the
+                identity on nodal displacements (the paper's).
+        """
+        w, dw, _ = self.map.plate_parameters(self.map.parameters(q))
+        if kind == "nodal":
+            J = self.map.jacobian(w, dw)
+            return J.transposeMatMult(J)
+        return Reduction(self._mass, self.map).fill(self._mass, w, dw)

@@ -1,0 +1,175 @@
+"""A balloon's cords as terms of one form, whatever their number: each edge has numbers of its own.
+
+A form has no coefficients on edges. Here a cell keeps one number for each of its edges, of which the edge's
+normal in the reference cell picks the edge's own. So what is compiled knows neither how many groups of
+edges there are nor their tags, and groups may share nodes and cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem.errors import InputError
+from lobefem.linalg import dolfinx_compat
+from lobefem.model.cables import Cords
+from lobefem.typing import Array
+
+import basix
+import ufl
+from dolfinx import fem
+from dolfinx.mesh import exterior_facet_indices, meshtags
+
+__all__ = ["Cordage", "Strand"]
+
+Facets = npt.NDArray[np.int32]
+
+_INNER, _FREE = 1, 2  # tags of edges within the film and of free ones
+
+
+@dataclass(frozen=True)
+class Strand:
+    """The first, or second, ... cord on edges of one kind: one term of a weak form.
+
+    Attributes:
+        measure: over the edges, dS within the film and ds on free ones.
+        side: what to restrict to, "+" within the film, None on free edges.
+        layer: how many other cords lie on the same edges before this one.
+        EA: axial stiffness [N], 0 on edges without such a cord.
+        built_in: strain built into the cord per Pa of prestress.
+    """
+
+    measure: Any
+    side: str | None
+    layer: int
+    EA: Any
+    built_in: Any
+
+
+class Cordage:
+    """All cords of a balloon.
+
+    Args:
+        surface: where they lie.
+        cords: parts of the balloon.
+        prestressed: whether the shape's own seam tension is built into them.
+
+    Attributes:
+        strands: what to sum over for all cords, empty without any.
+
+    Raises:
+        InputError: a cord on an edge group that is empty, or lies on free edges and within the film.
+
+    Collective.
+    """
+
+    def __init__(self, surface: Any, cords: tuple[Cords, ...], prestressed: bool) -> None:
+        self.mesh = mesh = surface.mesh
+        laid = [(cord, name) for cord in cords for name in cord.groups(surface)]
+        self.strands: tuple[Strand, ...] = ()
+        if not laid:
+            return
+        mesh.topology.create_connectivity(1, 2)
+        mesh.topology.create_connectivity(2, 1)
+        free = exterior_facet_indices(mesh.topology)
+        names = [name for _, name in laid]
+        tags = [surface.groups[name][1] for name in names]
+        owned = mesh.topology.index_map(1).size_local
+        facets = [found[found < owned] for found in map(surface.edges.find, tags)]
+        kinds = _kinds(mesh.comm, names, facets, free)
+        every = np.unique(np.concatenate(facets)).astype(np.int32)
+        tagged = meshtags(mesh, 1, every, np.where(np.isin(every, free), _FREE, _INNER).astype(np.int32))
+        measures = {
+            kind: ufl.Measure(name, domain=mesh, subdomain_data=tagged)(kind)
+            for kind, name in ((_INNER, "dS"), (_FREE, "ds"))
+        }
+        cell = getattr(basix.CellType, mesh.topology.cell_name())
+        self._normals = basix.cell.facet_outward_normals(cell)
+        edges = mesh.topology.connectivity(2, 1).array.reshape(-1, len(self._normals))
+        self._layers = [tags[:k].count(tag) for k, tag in enumerate(tags)]
+        # of each group the numbers that cells keep for its edges: which cell's, and which of them
+        self._places = [np.nonzero(np.isin(edges, some)) for some in facets]
+        size = (max(self._layers) + 1) * len(self._normals)
+        self._V = fem.functionspace(mesh, ("DG", 0, (size,)))
+        EA, built_in = fem.Function(self._V), fem.Function(self._V)
+        for k, (cord, _) in enumerate(laid):
+            EA.x.array[self._at(k)] = cord.EA
+            if prestressed:
+                built_in.x.array[self._at(k)] = _tension(cord, surface) / cord.EA
+        strands = []
+        for kind, layer in sorted(set(zip(kinds, self._layers, strict=True))):
+            side = "+" if kind == _INNER else None
+            numbers = (self._pick(f, side, layer) for f in (EA, built_in))
+            strands.append(Strand(measures[kind], side, layer, *numbers))
+        self.strands = tuple(strands)
+
+    def compile(self, densities: Sequence[Any]) -> Any:
+        """A form for `sums`, of what each of the strands has per length, in UFL. Collective."""
+        test = ufl.TestFunction(self._V)
+        terms = [
+            density * self._pick(test, strand.side, strand.layer) * strand.measure
+            for density, strand in zip(densities, self.strands, strict=True)
+        ]
+        return dolfinx_compat.form(sum(terms[1:], terms[0]))
+
+    def sums(self, form: Any) -> Array:
+        """Integrals of a compiled form, over all ranks, for each cord on each of its groups. Collective."""
+        values = fem.assemble_vector(form).array
+        found = np.array([values[self._at(k)].sum() for k in range(len(self._layers))])
+        return np.asarray(self.mesh.comm.allreduce(found))
+
+    def _at(self, group: int) -> Any:
+        """Places in a vector of the numbers that cells keep for a group's edges."""
+        cells, which = self._places[group]
+        first = self._V.dofmap.bs * self._V.dofmap.list[cells, 0]
+        return first + self._layers[group] * len(self._normals) + which
+
+    def _pick(self, numbers: Any, side: str | None, layer: int) -> Any:
+        """An edge's own of the numbers that a cell keeps, in UFL."""
+        normal = ufl.classes.ReferenceNormal(self.mesh)
+        if side:
+            normal, numbers = normal(side), numbers(side)
+        first = layer * len(self._normals)
+        return sum(
+            ufl.conditional(ufl.gt(ufl.dot(normal, ufl.as_vector(own)), 0.9), 1.0, 0.0) * numbers[first + k]
+            for k, own in enumerate(self._normals.tolist())
+        )
+
+
+def _kinds(comm: Any, names: list[str], facets: list[Facets], free: Facets) -> list[int]:
+    """True if each group is of edges within the film or of free ones.
+
+    Args:
+        comm: of the mesh.
+        names: of the groups.
+        facets: of the groups, that this rank owns.
+        free: all such facets of one cell.
+
+    Raises:
+        InputError: a group is empty, or has both.
+
+    Collective.
+    """
+    here = [[np.isin(some, free).sum(), some.size] for some in facets]
+    kinds = []
+    for name, (num_free, num) in zip(names, comm.allreduce(np.array(here)), strict=True):
+        if not num:
+            raise InputError(f"edge group '{name}' is empty: there is no edge for a cord; tag its facets")
+        if 0 < num_free < num:
+            raise InputError(
+                f"edge group '{name}' has {num_free} facets on a free edge and {num - num_free} within the "
+                "film; give each a group and a cord of its own"
+            )
+        kinds.append(_FREE if num_free else _INNER)
+    return kinds
+
+
+def _tension(cord: Cords, surface: Any) -> float:
+    """Tension in a cord per Pa of prestress [N/Pa]."""
+    if cord.tension_per_pressure is not None:
+        return cord.tension_per_pressure
+    return float(surface.shape.seam_tension(1.0))

@@ -1,0 +1,242 @@
+"""The weak forms of a balloon in UFL, compiled when they are first asked for.
+
+Written once as energies: residual and tangent are derivatives. A film law written as a stress gives
+the film's virtual work S : dE instead. Numbers of the design enter as constants, so that a compiled
+form serves every design of its kind.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+from lobefem.errors import InputError
+from lobefem.fem.cable_forms import Cordage
+from lobefem.linalg import dolfinx_compat
+from lobefem.linalg.assembly import together
+from lobefem.model.cables import Cords
+from lobefem.model.film import Film
+from lobefem.model.gas_pressure import film_volume_change, pressure_work
+from lobefem.model.kinematics import edge_strain, green_lagrange
+
+import ufl
+from dolfinx import fem
+
+__all__ = ["WeakForms", "check_load_path"]
+
+
+class WeakForms:
+    """Energy, residual, tangent and what else is integrated over a balloon's film and cords.
+
+    Args:
+        balloon: a `Balloon` under construction: mesh, space, displacement, loads and parts are there.
+        hoop_slack: hoop slack of a prestressed film (strain).
+        degree: quadrature degree; by default exact for the element where it can be.
+        load_path: a state of a `PrescribedPath` film, whose stress is built in.
+
+    Attributes:
+        has_energy: whether the film has an energy.
+        dx: the film's measure.
+        strain: total Green-Lagrange strain of the film in its frame, built-in strain included.
+        increment: displacement d of the last Newton step, for `predicted`.
+        cordage: the balloon's cords.
+
+    Raises:
+        InputError: a cord on an edge group that is empty, or lies on free edges and within the film.
+
+    Collective.
+    """
+
+    def __init__(
+        self, balloon: Any, hoop_slack: float = 0.0, degree: int | None = None, load_path: Any = None
+    ) -> None:
+        self.mesh, self.u, self.V, self.frame = balloon.mesh, balloon.u, balloon.V, balloon.frame
+        mesh, u, number = self.mesh, self.u, self.number
+        surface, film = balloon.surface, balloon.film
+        self._film = film
+        X, axis = balloon.x, balloon.direction
+        simplex = mesh.topology.cell_name() == "triangle"
+        linear = balloon.order == 1 and simplex
+        if degree is None:
+            # exact for the enclosed volume; a linear triangle has one strain, but prestress (1/R)
+            # and the frame vary over it
+            varies = balloon.prestressed or film.directional or load_path is not None
+            degree = (4 if varies else 1) if linear else 2 * balloon.order + (not simplex)
+        # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
+        # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
+        dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
+        strain = green_lagrange(u, self.frame)
+        if balloon.prestressed:
+            across = X - ufl.dot(X, axis) * axis
+            radius = ufl.sqrt(ufl.dot(across, across))
+            resultant = balloon.prestress * number(surface.shape.meridional_tension) / radius
+            strain = strain + film.prestrain(resultant, number, hoop_slack)
+        if load_path is not None:
+            found = fem.Function(self.V)
+            found.x.array[:] = load_path.displacement.ravel()
+            path = load_path.balloon.film
+            strain = strain + path.removed_strain(green_lagrange(found, self.frame), number, hoop_slack)
+        self.strain = strain
+        self.dx = dx
+        self.has_energy = film.has_energy
+        # strains less what is quadratic in the increment, their parts `bend`, are those of `predicted`
+        self.increment = fem.Function(self.V)
+        predicted: Any = 0
+        v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
+        cords = []
+        self.cordage = Cordage(surface, balloon.cords, balloon.prestressed)
+        self._strains: list[Any] = []
+        for strand in self.cordage.strands:
+            e = edge_strain(u, mesh, strand.side)
+            if balloon.prestressed:
+                e = e + balloon.prestress * strand.built_in
+            cords.append(Cords.energy(e, strand.EA) * strand.measure)
+            bend = _even(lambda d: edge_strain(d, mesh, strand.side), self.increment)  # noqa: B023
+            predicted += strand.EA * (e - bend) * ufl.derivative(e, u, v) * strand.measure
+            self._strains.append(e)
+        self._volume = film_volume_change(u, X, self.frame) * dx
+        if self.has_energy:
+            self._elastic = sum(cords, film.energy(strain, number) * dx)
+        if balloon.load.convention == "closed":
+            load = ufl.derivative(-balloon.pressure * self._volume, u, v)
+        else:
+            load = -balloon.pressure * pressure_work(u, v, self.frame) * dx
+        # the energies whose derivative is taken; the work of the rest is written as it is
+        energies = cords if film.by_stress else [self._elastic]
+        residual = ufl.derivative(sum(energies[1:], energies[0]), u, v) if energies else 0
+        residual += load
+        bend = _even(lambda d: green_lagrange(d, self.frame), self.increment)
+        predicted += ufl.inner(film.stress(strain - bend, number), ufl.derivative(strain, u, v)) * dx
+        self._predicted = ufl.derivative(predicted + load, u, du)
+        self._iteration = None
+        if film.by_stress:
+            S, virtual = film.stress(strain, number), ufl.derivative(strain, u, v)
+            if film.tangent == "secant":
+                held = film.secant(strain, ufl.derivative(strain, u, du), number)
+                moduli = ufl.inner(held, virtual) + ufl.inner(S, ufl.derivative(virtual, u, du))
+                self._iteration = ufl.derivative(residual, u, du) + moduli * dx
+            residual += ufl.inner(S, virtual) * dx
+        self._residual, self._tangent = residual, ufl.derivative(residual, u, du)
+
+    def number(self, value: float) -> Any:
+        """A UFL constant."""
+        return fem.Constant(self.mesh, float(value))
+
+    @cached_property
+    def elastic(self) -> Any:
+        """Strain energy of film and cords [J]."""
+        return dolfinx_compat.form(self._elastic)
+
+    @cached_property
+    def residual(self) -> Any:
+        """Nodal residual [N]."""
+        return dolfinx_compat.form(self._residual)
+
+    @cached_property
+    def tangent(self) -> Any:
+        """Derivative of the residual [N/m]."""
+        return dolfinx_compat.form(self._tangent)
+
+    @cached_property
+    def iteration(self) -> Any:
+        """The matrix of Newton's method: the tangent, or the law's secant in its place [N/m]."""
+        return self.tangent if self._iteration is None else dolfinx_compat.form(self._iteration)
+
+    @cached_property
+    def predicted(self) -> Any:
+        """The tangent at the strain that is linear in the last `increment` of displacement [N/m].
+
+        Stress and moduli are those of E(u - d) + DE(u - d) d = E(u) - q(d)/2, as if strain were an
+        unknown of its own (mixed integration point Newton; Magisano, Leonetti and Garcea 2017). After a
+        Newton step the strain E(u) of nearly inextensible film and hoops is far off by the square of
+        their turn; a tangent with its stress sends the next step astray. A secant law keeps its secant.
+        """
+        return self.iteration if self._iteration is not None else dolfinx_compat.form(self._predicted)
+
+    @cached_property
+    def mass(self) -> Any:
+        """Consistent mass of unit areal density [m^2]."""
+        v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
+        return dolfinx_compat.form(ufl.inner(du, v) * ufl.dx(self.mesh))
+
+    @cached_property
+    def load(self) -> Any:
+        """Nodal forces of unit pressure on the film [m^2]."""
+        v = ufl.TestFunction(self.V)
+        return dolfinx_compat.form(pressure_work(self.u, v, self.frame) * self.dx)
+
+    @cached_property
+    def volume(self) -> Any:
+        """Change of the film's part of the enclosed volume [m^3]."""
+        return dolfinx_compat.form(self._volume)
+
+    @cached_property
+    def regions(self) -> Any:
+        """Reference areas of taut, wrinkled and slack film [m^2], `together`."""
+        regions = self._film.regions(self.strain, self.number)
+        return together(self.mesh, *((region, self.dx) for region in regions))
+
+    @cached_property
+    def pulls(self) -> Any:
+        """Tensions of the cords, integrated over their lengths [N m], for `Cordage.sums`."""
+        # second Piola tension times stretch: the force in the deformed cord
+        return self.cordage.compile(
+            [
+                strand.EA * e * ufl.sqrt(1 + 2 * edge_strain(self.u, self.mesh, strand.side))
+                for strand, e in zip(self.cordage.strands, self._strains, strict=True)
+            ]
+        )
+
+    @cached_property
+    def lengths(self) -> Any:
+        """Reference lengths of the cords [m]."""
+        return self.cordage.sums(self.cordage.compile([1.0] * len(self.cordage.strands)))
+
+    @cached_property
+    def directions(self) -> tuple[Any, Any]:
+        """Two displacement fields, the directions of `second_variation` and `straining`."""
+        return fem.Function(self.V), fem.Function(self.V)
+
+    @cached_property
+    def second_variation(self) -> Any:
+        """Second variation along the two directions [J]."""
+        dv, du = self.directions
+        return dolfinx_compat.form(ufl.action(ufl.action(self._tangent, du), dv))
+
+    @cached_property
+    def straining(self) -> tuple[Any, Any]:
+        """Squares of strain and of displacement gradient of the first direction."""
+        gradient = ufl.grad(self.directions[0])
+        g_m, g_h = ufl.dot(gradient, self.frame.m), ufl.dot(gradient, self.frame.h)
+        e_mm, e_hh = ufl.dot(self.frame.m, g_m), ufl.dot(self.frame.h, g_h)
+        e_mh = (ufl.dot(self.frame.m, g_h) + ufl.dot(self.frame.h, g_m)) / 2
+        strain = e_mm**2 + e_hh**2 + 2 * e_mh**2
+        return dolfinx_compat.form(strain * self.dx), dolfinx_compat.form(
+            ufl.inner(gradient, gradient) * self.dx
+        )
+
+
+def _even(f: Any, d: Any) -> Any:
+    """The even part of f(d): of a strain, what is quadratic."""
+    return (f(d) + f(-d)) / 2
+
+
+def check_load_path(load_path: Any, surface: Any, to: Film) -> None:
+    """Refuse a state whose stress cannot be built into a film, `to`, on a surface, with an InputError."""
+    balloon = getattr(load_path, "balloon", None)
+    if balloon is None:
+        raise InputError(f"load_path is a {type(load_path).__name__}; give a state that `inflate` found")
+    film = balloon.film
+    if not film.leads_to_stress:
+        raise InputError(
+            f"load_path is a state of {type(film).__name__} film; give one that was inflated with "
+            "PrescribedPath film"
+        )
+    for name in ("E", "nu", "thickness"):
+        one, other = getattr(film, name), getattr(to, name)
+        if one != other:
+            raise InputError(
+                f"load_path is of film with {name} = {one}, and this film has {other}; give both the same"
+            )
+    if balloon.mesh is not surface.mesh:
+        raise InputError("load_path is a state on another mesh; build both balloons on one surface")

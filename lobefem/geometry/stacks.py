@@ -1,0 +1,320 @@
+"""Surfaces of stacks of lobes and of flat cylinders, whole or one sector of them, and coarser copies.
+
+The axis is the z axis, the bottom rim lies in the plane z = 0 and the top rim at z = num_lobes * height.
+Rank 0 runs Gmsh; nodes and cells do not depend on the number of ranks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from lobefem import checks
+from lobefem.errors import InputError
+from lobefem.geometry import distribute, gmsh, grid, manifold
+from lobefem.geometry.axis import Axis
+from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.isotensoid import Isotensoid
+from lobefem.geometry.meridian import Lobe
+from lobefem.geometry.surface import Surface, _moved
+from lobefem.linalg import dolfinx_compat
+from lobefem.linalg.memory import require_memory
+from lobefem.log import logger
+from lobefem.profiling import timed
+
+from mpi4py import MPI
+
+__all__ = ["coarser", "cylinder", "lobed_cylinder", "sector_of"]
+
+_SEAM, _RIM = 100, 200  # seam k has the value 100 + k, the rims 201 and 202
+
+_MAX_LOBES = 1000  # Gmsh takes a minute for them, a time that grows with their square
+
+_MAX_CELLS = 50_000_000
+
+_BYTES = 1e4  # of memory that an equilibrium takes a node, at the least: measured from 96 x 128 to 192 x 256
+
+
+def lobed_cylinder(
+    lobes: int = 4,
+    divisions: tuple[int, int] = (24, 32),
+    *,
+    shape: Lobe | None = None,
+    cell: str = "triangle",
+    order: int = 1,
+    diagonals: str = "same",
+    grading: float = 0.0,
+    layout: str = "structured",
+    size: float | None = None,
+    sector: bool = False,
+    comm: Any = MPI.COMM_WORLD,
+) -> Surface:
+    """Mesh a stack of lobes. Collective.
+
+    Args:
+        lobes: number of lobes, 1 or more.
+        divisions: structured cells (along one lobe's meridian, around the axis), at least (2, 3).
+        shape: one lobe, an `Isotensoid` or a `FormedLobe`; the paper's design (edge radius 2 m,
+            truncation 0.55) when None.
+        cell: 'triangle' or 'quadrilateral'.
+        order: degree of the geometry, 1 (flat facets) or 2.
+        diagonals: how structured triangles are cut, all the same way ('same') or 'alternating'.
+        grading: how much flatter than even structured cells are at the rims of each lobe, where film
+            folds: 0 (even) to 0.95 (a twentieth of the even height there).
+        layout: 'structured' (exactly cyclic) or 'unstructured'.
+        size: target edge length [m] of an unstructured mesh.
+        sector: mesh one of its equal sectors only, whole on every rank (see `lobefem.stability.cyclic`).
+        comm: MPI communicator.
+
+    Raises:
+        InputError: an argument that cannot be used, on every rank before any communication.
+        SolveError: Gmsh failed (raised on every rank).
+    """
+    if shape is None:
+        shape = Isotensoid.from_edge_radius()
+    if not isinstance(shape, Lobe):
+        raise InputError(
+            f"shape is {shape!r}; give an Isotensoid, a FormedLobe, or None for the paper's design"
+        )
+    return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, grading, layout, size, sector, comm)
+
+
+def cylinder(
+    radius: float = 2.0,
+    length: float = 4.2,
+    divisions: tuple[int, int] = (24, 32),
+    *,
+    cell: str = "triangle",
+    order: int = 1,
+    diagonals: str = "same",
+    grading: float = 0.0,
+    layout: str = "structured",
+    size: float | None = None,
+    sector: bool = False,
+    comm: Any = MPI.COMM_WORLD,
+) -> Surface:
+    """Mesh a flat cylinder (paper sec. 5), one lobe with straight meridians. Collective.
+
+    Args:
+        radius: radius [m].
+        length: length from rim to rim [m].
+        divisions: structured cells (along the axis, around it), at least (1, 3).
+        cell: as for `lobed_cylinder`, like all that follow.
+        order: degree of the geometry.
+        diagonals: how structured triangles are cut.
+        grading: how much flatter cells are at the rims.
+        layout: 'structured' or 'unstructured'.
+        size: target edge length [m] of an unstructured mesh.
+        sector: as for `lobed_cylinder`.
+        comm: MPI communicator.
+
+    Raises:
+        InputError: an argument that cannot be used, on every rank before any communication.
+        SolveError: Gmsh failed (raised on every rank).
+    """
+    shape = Cylinder(radius, length)
+    return _make(shape, 1, (1, 3), divisions, cell, order, diagonals, grading, layout, size, sector, comm)
+
+
+@timed("mesh")
+def _make(
+    shape: Lobe | Cylinder,
+    lobes: int,
+    least: tuple[int, int],
+    divisions: tuple[int, int],
+    cell: str,
+    order: int,
+    diagonals: str,
+    grading: float,
+    layout: str,
+    size: float | None,
+    sector: bool,
+    comm: Any,
+    known: bool = False,
+) -> Surface:
+    """A surface; that of a `known` grid, which Gmsh has meshed on a finer one, is numbered without it."""
+    lobes = checks.integer("the number of lobes", lobes, 1)
+    if lobes > _MAX_LOBES:
+        raise InputError(f"the number of lobes is {lobes}; give {_MAX_LOBES} or less")
+    checks.one_of("cell", cell, ("triangle", "quadrilateral"))
+    checks.one_of("diagonals", diagonals, ("same", "alternating"))
+    checks.one_of("layout", layout, ("structured", "unstructured"))
+    order = checks.integer("the geometry's order", order, 1)
+    if order > 2:
+        raise InputError(f"the geometry's order is {order}; give 1 or 2")
+    corners = 3 if cell == "triangle" else 4
+    alternating = diagonals == "alternating"
+    if alternating and (corners == 4 or layout == "unstructured"):
+        raise InputError("diagonals='alternating' needs structured triangles; leave it out")
+    if not 0 <= grading <= 0.95 or (grading and layout == "unstructured"):
+        raise InputError(f"grading = {grading} must lie in [0, 0.95], and a structured mesh takes it only")
+
+    counts = sectors = None
+    build: Callable[[], grid.Net]
+    if layout == "structured":
+        counts = _divisions(divisions, least, lobes, alternating)
+        sectors = counts[1] // 2 if alternating else counts[1]
+        if size is not None:
+            raise InputError(
+                f"size is {size!r} but the layout is structured; give divisions, or layout='unstructured'"
+            )
+        cut = diagonals if corners == 3 else None
+        nodes = lobes * counts[0] * (counts[1] if not sector else 1)
+        build = partial(_structured, shape, lobes, counts, cut, grading, order, sectors if sector else None)
+    else:
+        if sector:
+            raise InputError("an unstructured mesh has no equal sectors; use layout='structured'")
+        length = _size(size, shape, lobes)
+        nodes = round(lobes * shape.area / length**2)
+        build = partial(_unstructured, shape, lobes, length, corners, order)
+
+    if sector:
+        comm = MPI.COMM_SELF
+    nodes *= order**2
+    fewer = "try fewer divisions" if layout == "structured" else "try a larger size"
+    require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
+    net: grid.Net | None
+    if counts is not None and (comm.size > 1 or known) and order == 1:  # each rank numbers its own rows
+        net = grid.grid(shape, lobes, counts, cut, grading, comm.rank, comm.size)
+    else:
+        net = distribute.on_root(comm, build)
+    x = None if net is None else grid.place(shape, lobes, net.t, net.theta)
+    mesh = distribute.distribute_mesh(comm, cell, order, x, None if net is None else net.cells)
+    mesh.name = "film"
+    manifold.vouch(mesh)
+
+    groups = {f"lobe_{k}": (2, k) for k in range(1, lobes + 1)}
+    groups |= {f"seam_{k}": (1, _SEAM + k) for k in range(1, lobes)}
+    rim = max(_RIM, _SEAM + lobes)  # beyond a hundred lobes the rims make way for the seams
+    groups |= {"rim_bottom": (1, rim + 1), "rim_top": (1, rim + 2)}
+    values = [rim + 1, *range(_SEAM + 1, _SEAM + lobes), rim + 2]
+    first_cell, rings = comm.bcast(None if net is None else (net.first_cell, net.rings), root=0)
+    num_nodes = comm.allreduce(0 if net is None else len(net.t))
+    surface = Surface(
+        mesh=mesh,
+        lobes=distribute.lobe_tags(mesh, first_cell),
+        edges=distribute.edge_tags(mesh, rings, values, num_nodes),
+        groups=groups,
+        axis=np.array([0.0, 0.0, 1.0]),
+        cyclic_order=sectors,
+        divisions=counts,
+        shape=shape,
+        num_lobes=lobes,
+        copies=sectors if sector and sectors is not None else 1,
+        grading=grading,
+    )
+    logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), cell, num_nodes)
+    return surface
+
+
+def _structured(
+    shape: Lobe | Cylinder,
+    lobes: int,
+    divisions: tuple[int, int],
+    diagonals: str | None,
+    grading: float,
+    order: int,
+    sectors: int | None,
+) -> grid.Net:
+    along, around = divisions
+    # of one sector Gmsh meshes a coarse turn, all of whose columns are alike
+    columns = around if sectors is None else min(around, 4)
+    raw = gmsh.structured(shape, lobes, (along, columns))
+    net = grid.structured_net(raw, shape, (along, columns), diagonals, grading)
+    if sectors is not None:
+        net = grid.sector_of(net, columns, around // sectors, sectors)
+    return net if order == 1 else grid.with_midpoints(net)
+
+
+def sector_of(surface: Surface, axis: Axis | None = None) -> Surface:
+    """One sector of a structured surface, meshed alike, whole on every rank.
+
+    Args:
+        surface: of which it is.
+        axis: where the surface stands, if not on the z axis with its bottom rim about the origin.
+
+    Raises:
+        InputError: the surface has no equal sectors.
+    """
+    if surface.cyclic_order is None or surface.divisions is None or surface.shape is None:
+        raise InputError("a single harmonic needs a cyclic mesh; use mesh layout 'structured'")
+    return _moved(_alike(surface, surface.divisions, sector=True), axis)
+
+
+def coarser(surface: Surface, axis: Axis | None = None) -> Surface | None:
+    """The same surface with half the divisions both ways; None where they cannot be halved. Collective.
+
+    Every node of it is a node of the finer one.
+
+    Args:
+        surface: the finer one.
+        axis: as for `sector_of`.
+    """
+    if surface.divisions is None or surface.copies != 1 or surface.grading or surface.shape is None:
+        return None
+    along, around = (count // 2 for count in surface.divisions)
+    even = surface.divisions == (2 * along, 2 * around)
+    if not even or along < 4 or around < 4 or (_diagonals(surface) == "alternating" and around % 2):
+        return None
+    return _moved(_alike(surface, (along, around), known=True), axis)
+
+
+def _diagonals(surface: Surface) -> str:
+    return "same" if surface.divisions and surface.cyclic_order == surface.divisions[1] else "alternating"
+
+
+def _alike(
+    surface: Surface, divisions: tuple[int, int], sector: bool = False, known: bool = False
+) -> Surface:
+    """A structured surface again, with other divisions or one sector of it. Collective."""
+    assert surface.shape is not None  # by those who call
+    cell = surface.mesh.topology.cell_name()
+    order = 1 if dolfinx_compat.geometry_dofmap(surface.mesh).shape[1] == {"triangle": 3}.get(cell, 4) else 2
+    return _make(
+        surface.shape, surface.num_lobes, (1, 3), divisions, cell, order, _diagonals(surface),
+        surface.grading, "structured", None, sector, surface.mesh.comm, known,
+    )  # fmt: skip
+
+
+def _unstructured(shape: Lobe | Cylinder, lobes: int, size: float, corners: int, order: int) -> grid.Net:
+    net = grid.unstructured_net(gmsh.unstructured(shape, lobes, size, corners), shape)
+    return net if order == 1 else grid.with_midpoints(net)
+
+
+def _divisions(divisions: Any, least: tuple[int, int], lobes: int, alternating: bool) -> tuple[int, int]:
+    try:
+        along, around = divisions
+    except (TypeError, ValueError):
+        raise InputError(
+            f"divisions is {divisions!r}; give two integers (along a lobe's meridian, around)"
+        ) from None
+    along = checks.integer("the number of divisions along the meridian", along, least[0])
+    around = checks.integer("the number of divisions around the axis", around, least[1])
+    if alternating and around % 2:
+        raise InputError(
+            f"alternating diagonals need an even number around the axis, not {around}; try {around + 1}"
+        )
+    if lobes * along * around > _MAX_CELLS:
+        raise InputError(
+            f"{lobes} lobe(s) of {along} x {around} cells are more than {_MAX_CELLS}; try fewer divisions"
+        )
+    return along, around
+
+
+def _size(size: Any, shape: Lobe | Cylinder, lobes: int) -> float:
+    if size is None:
+        raise InputError("an unstructured mesh needs its target size [m]; give size=0.25, say")
+    number = checks.positive("size", size, "m")
+    if number > shape.edge_radius:
+        raise InputError(
+            f"size is {number:g} m, more than the edge radius {shape.edge_radius:g} m; "
+            f"try {0.125 * shape.edge_radius:g}"
+        )
+    if lobes * shape.area > _MAX_CELLS * number**2:
+        raise InputError(
+            f"size {number:g} m gives more than {_MAX_CELLS} cells; try {0.05 * shape.edge_radius:g}"
+        )
+    return number

@@ -1,0 +1,74 @@
+"""The parts of a balloon besides its film, sorted by what they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lobefem.errors import InputError
+from lobefem.model.cables import Cords
+from lobefem.model.end_plates import EndPlates, PlateLoad
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.self_contact import SelfContact
+from lobefem.model.supports import Held
+
+__all__ = ["Parts", "row"]
+
+_KINDS = (GasPressure, Cords, EndPlates, PlateLoad, Held, SelfContact)
+
+
+@dataclass(frozen=True)
+class Parts:
+    """At most one gas pressure, by default "closed", pair of plates, load on them and contact."""
+
+    load: GasPressure
+    cords: tuple[Cords, ...]
+    held: tuple[Held, ...]
+    plates: EndPlates | None
+    plate_load: PlateLoad | None
+    contact: SelfContact | None
+
+    @classmethod
+    def sort(cls, parts: Sequence[Any]) -> Parts:
+        """Parts in any order, as `row` gives them.
+
+        Raises:
+            InputError: something that is no part, or two of which there can be one.
+        """
+        one = {kind: _single(parts, kind) for kind in (GasPressure, EndPlates, PlateLoad, SelfContact)}
+        unknown = [p for p in parts if not isinstance(p, _KINDS)]
+        if unknown:
+            names = ", ".join(kind.__name__ for kind in _KINDS)
+            if isinstance(unknown[0], type):
+                name = unknown[0].__name__
+                raise InputError(f"{name} is a class and no part of a balloon; make one of it, {name}()")
+            raise InputError(f"{unknown[0]!r} is no part of a balloon; use one of {names}")
+        return cls(
+            one[GasPressure] or GasPressure(),
+            tuple(p for p in parts if isinstance(p, Cords)),
+            tuple(p for p in parts if isinstance(p, Held)),
+            one[EndPlates],
+            one[PlateLoad],
+            one[SelfContact],
+        )
+
+
+def row(parts: Any) -> tuple[Any, ...]:
+    """Parts as a tuple; a single one needs no brackets.
+
+    Raises:
+        InputError: something else than a part or a row of things.
+    """
+    if isinstance(parts, _KINDS):
+        return (parts,)
+    if isinstance(parts, str) or not isinstance(parts, Iterable):
+        raise InputError(f"parts are {parts!r}; give a list of them, such as [GasPressure(), EndPlates()]")
+    return tuple(parts)
+
+
+def _single(parts: Sequence[Any], kind: type) -> Any:
+    found = [p for p in parts if isinstance(p, kind)]
+    if len(found) > 1:
+        raise InputError(f"a balloon takes one {kind.__name__}, not {len(found)}")
+    return found[0] if found else None

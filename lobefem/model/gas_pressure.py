@@ -1,0 +1,65 @@
+"""Gas pressure, a follower load, in its two conventions, and the volume of the film.
+
+- `film`: on the film only, residual -p v . n da (the paper's). Where plates move it has no potential.
+- `closed`: on film and plates, potential -p V, V the enclosed volume; symmetric.
+
+With both rims held the two give the same film forces. `closed` needs a closed surface: a free edge
+without a plate leaves the volume, and with it the load, dependent on the point from which places count, that
+of the axis at the bottom rim (edges in symmetry planes through the axis are fine).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from lobefem.errors import InputError
+from lobefem.model.kinematics import Frame, area_vector
+
+import ufl
+
+__all__ = ["LOADS", "GasPressure", "film_volume", "film_volume_change", "pressure_work"]
+
+LOADS = ("film", "closed")
+
+
+@dataclass(frozen=True)
+class GasPressure:
+    """Gas pressure, and the surfaces on which it acts.
+
+    Args:
+        convention: "film" or "closed".
+    """
+
+    convention: str = "closed"
+
+    def __post_init__(self) -> None:
+        if self.convention not in LOADS:
+            raise InputError(f"pressure load '{self.convention}' is unknown; use 'film' or 'closed'")
+
+
+def film_volume(x: Any, frame: Frame) -> Any:
+    """The undeformed film's part of the enclosed volume per area, X . n/3 [m]."""
+    return ufl.dot(x, frame.n) / 3
+
+
+def film_volume_change(u: Any, x: Any, frame: Frame) -> Any:
+    """Change of the film's part of the volume per reference area, (x . n da - X . n)/3 [m].
+
+    Expanded in u: energies that a line search compares differ by 1e-10 of -p V, and the difference
+    of two volumes would drown them in round-off.
+
+    Args:
+        u: displacement.
+        x: reference position from a point on the axis.
+        frame: the reference frame.
+    """
+    gradient = ufl.grad(u)
+    g_m, g_h = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
+    change = ufl.cross(g_m, frame.h) + ufl.cross(frame.m, g_h) + ufl.cross(g_m, g_h)
+    return (ufl.dot(u, frame.n + change) + ufl.dot(x, change)) / 3
+
+
+def pressure_work(u: Any, v: Any, frame: Frame) -> Any:
+    """Work of unit pressure on the film per reference area, v . n da [m]."""
+    return ufl.dot(v, area_vector(u, frame))

@@ -1,0 +1,417 @@
+"""Buckling modes of a state by SLEPc.
+
+A mode solves K phi = lambda B phi with K the tangent in the free unknowns, not symmetric where the
+`film` load meets moving plates, and B the mass of unit areal density (mesh independent) or the
+identity on nodal displacements (the paper's). The state is stable while every lambda has a positive
+real part.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from lobefem import checks
+from lobefem.display import Glance, Glanceable
+from lobefem.equilibrium.newton import has_symmetric_stiffness
+from lobefem.equilibrium.state import Equilibrium, require_whole
+from lobefem.errors import EigenError, InputError
+from lobefem.fem.balloon import Balloon
+from lobefem.fem.functionals import displacement_of, largest, stiffness_scale
+from lobefem.fem.rigid_motions import free_to_turn, is_turn
+from lobefem.frozen import Frozen
+from lobefem.geometry import gather
+from lobefem.linalg import petsc
+from lobefem.linalg.slepc import Pair, distinct, order, refine, residual, run, solver, with_conjugates
+from lobefem.log import logger
+from lobefem.model.film import require_one_tangent
+from lobefem.outcomes import RIGID
+from lobefem.profiling import timed
+from lobefem.stability.fourier import dominant, kind_of, spectrum
+from lobefem.stability.free_rotations import FreeRotations
+from lobefem.stability.inertia import as_many, num_below, num_proved, shift_below, vary
+from lobefem.typing import Array
+
+from slepc4py import SLEPc
+
+__all__ = ["MASSES", "NEUTRAL", "Mode", "Modes", "check_request", "find_modes", "make_mode"]
+
+# runs of the eigensolver from random starts: where nothing proves that no copy is missing; at most, where
+# something does; and those in a row that bring nothing new, after which it is given up
+_USUAL, _MOST, _IDLE = 3, 40, 3
+
+MASSES = ("unit", "nodal")
+
+PREFIX = "lobefem_modes_"
+
+# eigenvalues below this share of p/sqrt(A) are round-off
+NEUTRAL = 1e-6
+
+
+@dataclass(frozen=True)
+class Mode(Frozen):
+    """One eigenpair.
+
+    Attributes:
+        value: eigenvalue lambda [Pa/m with unit mass, N/m with nodal mass].
+        residual: ||K phi - lambda B phi||/||K phi||; 0 for a rigid rotation, whose vector is known.
+        harmonic: circumferential harmonic n, the one that was solved for or else the dominant one.
+        harmonics: that and all others with at least a tenth of the mode, strongest first.
+        kind: "sway", "twist", "global" or "local" (see `lobefem.stability.fourier.kind_of`), or "rigid rotation".
+        displacement: this rank's nodal displacements of phi, ghosts included, (nodes, 3), real part,
+            largest nodal displacement 1.
+        displacement_imag: imaginary part on the same scale; zero for a real eigenvalue.
+    """
+
+    value: complex
+    residual: float
+    harmonic: int
+    harmonics: tuple[int, ...]
+    kind: str
+    displacement: Array = field(repr=False)
+    displacement_imag: Array = field(repr=False)
+
+    @property
+    def rigid(self) -> bool:
+        """True if the mode is a rigid rotation that the supports leave free."""
+        return self.kind == RIGID
+
+
+@dataclass(frozen=True, repr=False)
+class Modes(Glanceable):
+    """The lowest modes of a state, sorted by the real part of lambda.
+
+    Attributes:
+        state: the state that they belong to.
+        mass: "unit" or "nodal".
+        symmetric: whether the tangent was found symmetric, and the Hermitian solver used.
+        asymmetry: max|K - K^T|/max|K|.
+        num_negative: eigenvalues below zero in the whole spectrum by the inertia of K, those of rigid
+            rotations left out; None where K is not symmetric or single harmonics were looked at.
+        modes: the pairs. Among them, where supports leave some, are rigid rotations of the whole balloon.
+            Nothing resists these, in equilibrium their values are 0; in the held ideal geometry, which
+            balances up to discretisation, phi.K phi/phi.B phi shows the error. All other modes are those
+            of K on the motions that are orthogonal to them by mass.
+    """
+
+    state: Equilibrium = field(repr=False)
+    mass: str
+    symmetric: bool
+    asymmetry: float
+    num_negative: int | None
+    modes: tuple[Mode, ...]
+
+    @property
+    def values(self) -> npt.NDArray[np.complex128]:
+        """Eigenvalues (count,)."""
+        return np.array([m.value for m in self.modes])
+
+    @property
+    def stable(self) -> bool:
+        """True if all eigenvalues but those of rigid rotations have a positive real part."""
+        return self.lowest > 0
+
+    @property
+    def lowest(self) -> float:
+        """The lowest real part of an eigenvalue, those of rigid rotations left out."""
+        return min((m.value.real for m in self.modes if not m.rigid), default=math.inf)
+
+    def to_pyvista(self, index: int = 0) -> Any:
+        """The film with one mode as a PyVista grid on rank 0, None elsewhere. Collective.
+
+        Points are where the state's nodes are. Point data "mode" and "mode_imag" (largest length 1), and the
+        state's "displacement" [m]; cell data "lobe". `grid.warp_by_vector("mode", factor=0.3)` is the
+        balloon as it moves. Rank 0 gathers all of it: see `lobefem.geometry.gather.gather` for what that takes.
+
+        Raises:
+            InputError: no such mode.
+        """
+        if not 0 <= index < len(self):
+            raise InputError(f"mode {index} is not there; choose from 0 to {len(self) - 1}")
+        balloon, mode = self.state.balloon, self[index]
+        fields = {
+            "displacement": self.state.displacement,
+            "mode": mode.displacement,
+            "mode_imag": mode.displacement_imag,
+        }
+        nodal = {name: gather.at_nodes(balloon.V, field) for name, field in fields.items()}
+        whole = gather.gather(balloon.mesh, nodal, {"lobe": balloon.surface.lobe_numbers()})
+        if whole is None:
+            return None
+        grid = gather.to_pyvista(whole)
+        grid.points = whole.x + whole.nodal["displacement"]
+        grid.set_active_vectors("mode")
+        return grid
+
+    def _glance(self) -> Glance:
+        unit = "Pa/m" if self.mass == "unit" else "N/m"
+        rows = tuple(
+            (
+                f"{mode.kind}, n = {mode.harmonic}",
+                f"{mode.value.real:.6g}" + (f" {mode.value.imag:+.3g}i" if mode.value.imag else ""),
+                f"{mode.residual:.0e}",
+            )
+            for mode in self.modes
+        )
+        verdict = "stable" if self.stable else "unstable"
+        title = f"{len(self)} lowest at {self.state.pressure:g} Pa, {verdict}"
+        return Glance(title, rows, ("mode", f"eigenvalue [{unit}]", "residual"))
+
+    def __len__(self) -> int:
+        return len(self.modes)
+
+    def __getitem__(self, index: int) -> Mode:
+        return self.modes[index]
+
+
+@timed("eigensolver")
+def find_modes(
+    state: Equilibrium,
+    count: int = 8,
+    *,
+    mass: str = "unit",
+    tolerance: float = 1e-8,
+    harmonics: int | Iterable[int] | None = None,
+) -> Modes:
+    """The lowest modes of a state.
+
+    Shift-invert about a shift below the whole spectrum, which the inertia of the (symmetric part of
+    the) tangent proves: by Bendixson's theorem no eigenvalue has a real part below it.
+
+    Args:
+        state: from `inflate` or `ideal_state`.
+        count: how many; a complex pair that straddles the end is kept whole.
+        mass: "unit" or "nodal".
+        tolerance: of SLEPc.
+        harmonics: look at this circumferential harmonic or these alone, each from one sector of a structured
+            mesh (`lobefem.stability.cyclic`): no full tangent is assembled or factorised.
+
+    Raises:
+        InputError: an unknown mass, a count below 1, harmonics that the mesh does not have, or the ideal
+            state of film whose tangent jumps there (`lobefem.stability.one_sided`).
+        EigenError: fewer pairs converged than asked for.
+
+    Collective.
+    """
+    checks.having("state", state, "balloon", "a state, from inflate or ideal_state")
+    balloon = state.balloon
+    asked = () if harmonics is None else checks.integers("a harmonic", harmonics, 0)
+    check_request(balloon, count, mass)
+    require_whole(balloon)
+    if _is_held(state):
+        require_one_tangent(balloon.film, balloon.hoop_slack)
+    if harmonics is not None:
+        return _of_harmonics(state, count, mass, asked)
+    q = state.activate()
+    B = balloon.mass(q, mass)
+    rotations = FreeRotations(balloon, q, B)
+    K = balloon.tangent(q)
+    skew = petsc.asymmetry(K)
+    symmetric = skew < petsc.SYMMETRIC
+    if symmetric and balloon.load.convention == "film":
+        symmetric = has_symmetric_stiffness(balloon, q)
+        K = balloon.tangent(q)  # where other values were
+    wanted = min(count + 2, balloon.map.size - len(rotations))
+    A, M = rotations.bordered(K), rotations.bordered(B, constrained=False)
+    eps = solver(A, M, wanted, symmetric, PREFIX)
+    eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    eps.setPurify(False)  # `run` does it anyway
+    eps.setTolerances(tolerance, 500)
+    st = eps.getST()
+    st.setType(SLEPc.ST.Type.SINVERT)
+    petsc.set_direct_solver(st.getKSP(), symmetric, inertia=symmetric)
+    eps.setFromOptions()
+    shift = shift_below(_scale(balloon), eps, K, B, symmetric, len(rotations))
+
+    def curvature(v: Any, u: Any) -> float:
+        return balloon.second_variation(q, v, u)
+
+    transposed = None if symmetric else rotations.through(st.getKSP().solveTranspose, A)
+    cyclic = 0 if symmetric else _cyclic_order(state)
+    pairs: list[Pair] = []
+    idle = 0
+    for seed in range(1, _MOST + 1):
+        vary(eps, shift, pairs, wanted, idle)
+        new = [p._replace(x=rotations.cut(p.x), y=rotations.cut(p.y)) for p in run(eps, wanted, seed)]
+        known = len(pairs)
+        if pairs:  # values as good as those that they are compared with
+            new = refine(distinct(new, B, shift), B, curvature, transposed, shift)
+        pairs = refine(distinct([*pairs, *new], B, shift), B, curvature, transposed, shift)
+        found = with_conjugates(pairs)
+        least = min(count, len(found))
+        # a complex pair that straddles the end is kept whole
+        chosen = found[: least + (found[least - 1].value.imag > 0)]
+        modes = [make_mode(balloon, q, p, residual(p, K, B, shift, rotations.project)) for p in chosen]
+        proved = num_proved(eps, found, least, shift, len(rotations)) if symmetric else None
+        if symmetric:
+            complete = proved is not None
+        elif cyclic:
+            complete = _paired(cyclic, found, modes, shift)
+        else:  # what the symmetric part tells is a sign, no proof
+            complete = seed == _USUAL or as_many(A, M, found, least, shift, len(rotations))
+        if complete:
+            break
+        idle = 0 if len(pairs) > known else idle + 1
+        if idle == _IDLE or seed == _MOST:
+            raise EigenError(
+                f"SLEPc missed copies of the lowest {count} modes in {seed} runs; a larger search space may "
+                "have them: --petsc '-lobefem_modes_eps_ncv 200'"
+            )
+    negative = None
+    if symmetric:  # where not all of them are below what was proved, they are counted
+        negative = sum(pair.value.real < 0 for pair in found[:proved])
+        if not proved or negative == proved:
+            negative = num_below(eps, 0.0, len(rotations))
+    eps.destroy()
+    turns = [make_mode(balloon, q, p, 0.0) for p in rotations.pairs(curvature)]
+    B.destroy()
+    logger.info("modes at %g Pa: lowest %s", state.pressure, modes[0].value)
+    return Modes(state, mass, symmetric, skew, negative, _with_rotations(modes, turns, count))
+
+
+def _with_rotations(own: Sequence[Mode], turns: Sequence[Mode], count: int) -> tuple[Mode, ...]:
+    """The lowest modes and the free rotations in order: `count` of them, with one at least that is none.
+
+    A complex pair that straddles the end is kept whole.
+    """
+    modes = sorted([*own, *turns], key=lambda m: m.value.real)
+    first = next(k for k, mode in enumerate(modes) if not mode.rigid)
+    end = max(count, first + 1)
+    return tuple(modes[: end + (len(modes) > end and modes[end - 1].value.imag > 0)])
+
+
+def _is_held(state: Equilibrium) -> bool:
+    """True if a state is the ideal one under load: its own stress, and nothing moved. Collective."""
+    if not state.pressure == state.prestress != 0:
+        return False
+    return not state.balloon.comm.allreduce(int(np.any(state.unknowns)))
+
+
+def check_request(balloon: Balloon, count: int, mass: str = "unit") -> None:
+    """Refuse an unknown mass or an impossible number of modes with an InputError."""
+    if mass not in MASSES:
+        raise InputError(f"mass '{mass}' is unknown; use 'unit' or 'nodal'")
+    if count < 1 or count > balloon.map.size:
+        raise InputError(f"count = {count} modes: choose between 1 and {balloon.map.size}")
+
+
+def _scale(balloon: Balloon) -> float:
+    """A hundredth of p/sqrt(area), the stiffness scale of a pressurised film [Pa/m]."""
+    pressure = max(abs(float(balloon.pressure.value)), abs(float(balloon.prestress.value)), 1e-3)
+    return 1e-2 * stiffness_scale(balloon, pressure)
+
+
+def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, ...]) -> Modes:
+    """The lowest modes of some harmonics, each value as often as the full model has it."""
+    from lobefem.stability.cyclic import Sector  # slow to import, as is SciPy with it: all modes need neither
+    from lobefem.stability.sector_modes import modes_of_harmonics
+
+    balloon = state.balloon
+    sector = Sector(balloon)
+    for n in harmonics:
+        sector.check(n)
+    if not harmonics:
+        raise InputError("no harmonics are given; leave them out for all")
+    q = state.activate()
+    sector.balloon.set_loads(state.pressure, state.prestress)
+    found = modes_of_harmonics(
+        sector,
+        sector.restrict(balloon, q),
+        sorted(set(harmonics)),
+        count,
+        mass=mass,
+        scale=_scale(balloon),
+        comm=balloon.comm,
+    )
+    modes: list[Mode] = []
+    for one in found:
+        vector = one.vector
+        if sector.copies(one.harmonic) == 1:  # of a real matrix: its phase is arbitrary
+            largest = vector[np.abs(vector).argmax()]
+            vector = vector * (abs(largest) / largest)
+        x, y = sector.expand(balloon, vector, one.harmonic)
+        zero = x.duplicate()
+        if sector.copies(one.harmonic) == 1:
+            pairs = [Pair(complex(one.value.real), x, zero)]
+        elif abs(one.value.imag) > 1e-8 * abs(one.value):
+            # that of n, e^{i n theta}, and the conjugate, that of -n
+            minus_y = y.copy()
+            minus_y.scale(-1.0)
+            pairs = sorted([Pair(one.value, x, y), Pair(one.value.conjugate(), x, minus_y)], key=order)
+        else:  # real: the wave's cosine and its sine
+            pairs = [Pair(complex(one.value.real), v, zero) for v in (x, y)]
+        modes += [make_mode(balloon, q, pair, one.residual, one.harmonic) for pair in pairs]
+    skew = max(one.asymmetry for one in found)
+    turns = [mode for mode in modes if mode.rigid]
+    modes = [mode for mode in modes if not mode.rigid]
+    together = _with_rotations(modes, turns, count)
+    return Modes(state, mass, all(one.hermitian for one in found), skew, None, together)
+
+
+def _paired(cyclic_order: int, pairs: list[Pair], modes: Sequence[Mode], shift: float) -> bool:
+    """True if each real mode of a harmonic 0 < n < N/2 of a cyclic shape has its partner."""
+    for mode in modes[:-1]:
+        if mode.value.imag or not mode.harmonic % cyclic_order:
+            continue
+        near = [p for p in pairs if abs(p.value - mode.value) <= 1e-6 * abs(mode.value - shift)]
+        if len(near) < 2 and 2 * mode.harmonic % cyclic_order:
+            return False
+    return True
+
+
+def _cyclic_order(state: Equilibrium) -> int:
+    """Number of equal sectors of a state, 0 if it did not keep its surface's symmetry. Collective.
+
+    A distorted state has simple eigenvalues.
+    """
+    order_of_symmetry = state.balloon.surface.cyclic_order
+    if order_of_symmetry is None:
+        return 0
+    # nodes may have been moved by hand, too
+    places = state.balloon.X - state.balloon.axis.origin + state.displacement
+    power = spectrum(state.balloon, places, np.zeros_like(places))
+    power[::order_of_symmetry] = 0.0
+    broken = math.sqrt(power.sum()) * largest(state.balloon, places)
+    return order_of_symmetry if broken <= 1e-9 * math.sqrt(state.balloon.reference_area) else 0
+
+
+def _turns(balloon: Balloon, q: Any, real: Array, imag: Array) -> bool:
+    """True if nodal displacements are those of a rigid rotation that the supports leave. Collective."""
+    if not free_to_turn(balloon):
+        return False
+    balloon.place(q)
+    displacement = balloon.u.x.array.reshape(-1, 3)
+    return all(is_turn(balloon, displacement, part) for part in (real, imag) if largest(balloon, part))
+
+
+def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float, harmonic: int | None = None) -> Mode:
+    """The `Mode` of an eigenvector in q. Collective.
+
+    Args:
+        balloon: whose.
+        q: the state.
+        pair: eigenvalue and vector.
+        error: relative residual.
+        harmonic: that of which it is a mode; None where its shape has to tell.
+    """
+    real, imag = displacement_of(balloon, q, pair.x), displacement_of(balloon, q, pair.y)
+    scale = largest(balloon, real + 1j * imag)
+    real /= scale
+    imag /= scale
+    power = spectrum(balloon, real, imag)
+    strongest = dominant(power)
+    n = strongest[0] if harmonic is None else harmonic
+    return Mode(
+        value=pair.value,
+        residual=error,
+        harmonic=n,
+        harmonics=(n, *(k for k in strongest if k != n and power[k] >= 0.1)),
+        kind=RIGID if _turns(balloon, q, real, imag) else kind_of(balloon, real + 1j * imag, n),
+        displacement=real,
+        displacement_imag=imag,
+    )

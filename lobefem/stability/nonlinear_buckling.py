@@ -1,0 +1,401 @@
+"""Stability along a path of states: `trace` follows the modes, `critical_point` finds where it is lost.
+
+The path is the held isotensoid ("ideal") or the true equilibrium at each pressure, found from the one
+before ("inflated"). `lobefem.stability.linear_buckling` has the ideal path's critical pressure by a linear pencil; here
+the tangent depends on the pressure in any way, and the path itself may end, at a limit point.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from lobefem.display import Glance, Glanceable, number
+from lobefem.equilibrium.inflation import Progress, inflate
+from lobefem.equilibrium.newton import has_symmetric_stiffness
+from lobefem.equilibrium.state import Checkpoint, Equilibrium, ideal_state
+from lobefem.errors import ConvergenceError, EigenError, InputError
+from lobefem.fem.balloon import Balloon
+from lobefem.fem.functionals import displacement_of
+from lobefem.fem.rigid_motions import num_turns
+from lobefem.linalg import petsc
+from lobefem.stability.branches import follow
+from lobefem.stability.free_rotations import FreeRotations
+from lobefem.stability.modes import Mode, Modes, find_modes
+from lobefem.stability.tracing import _check_state, _state
+from lobefem.typing import Array
+
+from petsc4py import PETSc
+
+__all__ = ["CriticalPoint", "critical_point", "jumped", "load_share", "rayleigh", "without_turns"]
+
+# share of the load in a critical mode that makes a limit point; that of a bifurcation is round-off,
+# or a share that the mesh breaks the symmetry by
+_LIMIT_POINT = 1e-2
+
+
+@dataclass(frozen=True, repr=False)
+class CriticalPoint(Glanceable):
+    """The first loss of stability along a path.
+
+    Attributes:
+        pressure: p [Pa]; inf where the path is stable up to the limit.
+        mode: the critical mode, computed at `state`; None without one.
+        point: "limit point" where `projection` is above 0.01, "bifurcation" else; None without one.
+        projection: share of the load f = dr/dp in the critical mode, |z.f|/(|z| |f|), z the left null
+            vector (the mode itself where the tangent is symmetric), lengths by mass: |z|^2 = z.Bz and
+            |f|^2 = f.B^-1 f. It depends neither on the mesh nor on the units of the plates' rotations.
+        state: that of the bracket's unstable end; the last one at a limit point or without any.
+        bracket: a stable pressure and one that is unstable or has no equilibrium nearby [Pa].
+        visited: (pressure [Pa], lowest real part of lambda) in the order in which they were found.
+        divisions: (along a lobe, around) of the mesh, None on an unstructured one.
+    """
+
+    pressure: float
+    mode: Mode | None
+    point: str | None
+    projection: float | None
+    state: Equilibrium = field(repr=False)
+    bracket: tuple[float, float]
+    visited: tuple[tuple[float, float], ...]
+    divisions: tuple[int, int] | None
+
+    def _glance(self) -> Glance:
+        rows = [("pressures visited", str(len(self.visited)))]
+        if self.mode is not None:
+            rows.insert(0, ("mode", f"{self.mode.kind}, n = {self.mode.harmonic}"))
+            rows.insert(1, ("point", f"{self.point}, load's share {self.projection:.1e}"))
+        if self.divisions is not None:
+            rows.append(("mesh", "{} x {} divisions".format(*self.divisions)))
+        if self.mode is None:
+            return Glance(f"stable up to {self.state.pressure:g} Pa", tuple(rows))
+        return Glance(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
+
+
+def critical_point(
+    balloon: Balloon,
+    *,
+    limit: float,
+    start: float = 1.0,
+    state: str = "inflated",
+    rtol: float = 1e-3,
+    growth: float = 1.3,
+    resume: Checkpoint | None = None,
+    keep: Callable[[Equilibrium, dict[str, Any]], None] | None = None,
+    progress: Progress | None = None,
+) -> CriticalPoint:
+    """The first pressure along a path at which stability is lost.
+
+    From a stable state at `start` the pressure grows by a factor until the lowest eigenvalue (of the
+    smallest real part; its sign is proved by inertia) is negative. The zero of that mode's eigenvalue
+    is then found by Brent's method. A step that fails, or jumps far beyond the path's tangent to another
+    equilibrium, is halved. Where the smallest one fails too, the path ends: stability is lost there if
+    the square of an eigenvalue goes to zero in proportion to the pressure, as at a fold. A mesh that
+    breaks the symmetry turns a bifurcation into such an end, too, with a small `projection`, or into a
+    path that turns aside and stays stable.
+
+    Stable means positive real parts. Complex values, which only the `film` load on moving plates makes,
+    would without damping flutter even so; that is not looked for.
+
+    Args:
+        balloon: prestressed for the ideal state.
+        limit: pressure at which to give up [Pa]; of the sign of `start`, negative for pressure from
+            outside.
+        start: pressure of the first state [Pa]; a balloon that is unstable there is looked for at a tenth of
+            it, a hundredth and a thousandth.
+        state: "inflated" or "ideal".
+        rtol: relative width of the bracket.
+        growth: factor from pressure to pressure, above 1.
+        resume: what `keep` was last given in a run that was stopped; `start` does not matter then.
+        keep: called on all ranks with each stable state of the path, with notes to go on from.
+        progress: called with a line of text now and then.
+
+    Raises:
+        InputError: an argument that cannot be used, or an unstable start.
+        ConvergenceError: the path ends although no eigenvalue goes to zero; its `state` is the last one.
+        EigenError: the modes of a state could not be computed; its `state` is that one.
+
+    Collective.
+    """
+    _check_state(balloon, state)
+    if not (math.isfinite(start) and math.isfinite(limit) and 0 < start / (limit or math.inf) < 1):
+        raise InputError(
+            f"the search from {start} Pa to {limit} Pa is impossible; both must have the same sign, and "
+            "the limit be further from 0"
+        )
+    if not growth > 1 or not 0 < rtol < 1:
+        raise InputError(f"growth = {growth} must be above 1 and rtol = {rtol} between 0 and 1")
+    notes: Mapping[str, Any] = {} if resume is None else resume.notes
+    path = _Path(balloon, state, rtol, progress, notes.get("visited", ()))
+    if resume is not None:
+        start = resume.pressure
+    low = path.modes(_state(balloon, state, start, resume, progress))
+    for _ in range(3 if resume is None else 0):
+        if low.stable:
+            break
+        start /= 10
+        path.visited = ()
+        low = path.modes(_state(balloon, state, start, None, progress))
+    if not low.stable:
+        raise InputError(
+            f"the balloon is unstable already at {start:g} Pa (lambda = {low[0].value.real:.3g}): there "
+            "is no stable state to start from; look at its modes there"
+        )
+    step, smooth = float(notes.get("step", math.inf)), bool(notes.get("smooth", True))
+    while low.state.pressure != limit:
+        if keep is not None:
+            keep(low.state, {"visited": path.visited, "step": step, "smooth": smooth})
+        p = low.state.pressure
+        target = p + math.copysign(min(step, (growth - 1) * abs(p)), p)
+        target = min(target, limit, key=abs)
+        reached = path.advance(low, target)
+        if reached is None:
+            if abs(target - p) <= rtol * abs(p):
+                return path.fold(low, target)
+            step, smooth = abs(target - p) / 2, False
+            continue
+        if not reached.stable:
+            return path.crossing(low, reached)
+        # a failure may be the solver's own, of a step too long
+        low, step, smooth = reached, step * (2 if smooth else 1), True
+    p = low.state.pressure
+    return CriticalPoint(
+        math.inf, None, None, None, low.state, (p, math.inf), path.visited, balloon.surface.divisions
+    )
+
+
+class _Path:
+    """States of a balloon one after the other, with their lowest modes."""
+
+    def __init__(
+        self,
+        balloon: Balloon,
+        state: str,
+        rtol: float,
+        progress: Progress | None,
+        visited: Sequence[tuple[float, float]] = (),
+    ) -> None:
+        self.balloon, self.state, self.rtol, self.progress = balloon, state, rtol, progress
+        # the last one of an earlier run is looked at again
+        self.visited = tuple((float(p), float(value)) for p, value in visited[:-1])
+
+    def modes(self, state: Equilibrium) -> Modes:
+        """The lowest pair of a state, turns that its supports leave apart. Collective."""
+        modes = _own_modes(state, 2)
+        self.visited += ((state.pressure, modes[0].value.real),)
+        if self.progress is not None:
+            self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
+        return modes
+
+    def advance(self, low: Modes, target: float) -> Modes | None:
+        """The modes at a pressure, one step on; None if the path does not lead there. Collective."""
+        if self.state == "ideal":
+            return self.modes(ideal_state(self.balloon, target))
+        try:
+            state = inflate(self.balloon, target, start=low.state, min_step=1.0, progress=self.progress)
+        except ConvergenceError:
+            return None
+        return None if jumped(low.state, state) else self.modes(state)
+
+    def crossing(self, low: Modes, high: Modes) -> CriticalPoint:
+        """The zero of the lowest eigenvalue between a stable and an unstable state. Collective."""
+        known = {m.state.pressure: m for m in (low, high)}
+        critical = high
+
+        def value(p: float) -> float:
+            """Of the critical branch: the lowest eigenvalue, or the critical mode's Rayleigh quotient.
+
+            Where the state is stable the lowest may be that of another branch.
+            """
+            nonlocal critical
+            if p not in known:
+                below = max((k for k, m in known.items() if m.stable), key=abs)
+                known[p] = self.modes(_state(self.balloon, self.state, p, known[below].state, self.progress))
+            modes = known[p]
+            lowest = modes[0].value.real
+            if lowest < 0:
+                critical = modes
+                return lowest
+            return max(lowest, rayleigh(modes.state, critical[0].displacement))
+
+        from scipy.optimize import brentq  # slow to import, and seldom needed
+
+        a, b = low.state.pressure, high.state.pressure
+        brentq(value, a, b, xtol=1e-12 * abs(a), rtol=self.rtol / 4)
+        a = max((p for p, m in known.items() if m.stable), key=abs)
+        b = min((p for p, m in known.items() if not m.stable), key=abs)
+        # Brent's own result is one of the last bracket's ends; its secant is nearer
+        down, up = value(b), value(a)
+        return self._record(a + (b - a) * up / (up - down), known[b], known[b][0], (a, b))
+
+    def fold(self, low: Modes, end: float) -> CriticalPoint:
+        """The kind of point at which stability is lost between the last state and the path's end. Collective."""
+        p, reach = low.state.pressure, 5 * self.rtol * abs(low.state.pressure)
+        before = _state(self.balloon, self.state, p * (1 - 3 * self.rtol), low.state, self.progress)
+        # the critical mode need not be the lowest one yet
+        near, last = (_own_modes(state, 8) for state in (before, low.state))
+        found: list[tuple[float, Mode]] = []
+        for branch in follow([near, last]):
+            if len(branch.pressures) == 2:
+                first, second = (branch.values[branch.pressures == q][0] ** 2 for q in (before.pressure, p))
+                if first > second:
+                    away = second / (first - second) * (p - before.pressure)
+                    found.append((p + away, last[branch.members[-1 if p > 0 else 0][0]]))
+        found.sort(key=lambda f: abs(f[0] - p))
+        if not found or abs(found[0][0] - p) > reach:
+            raise ConvergenceError(
+                f"the path of equilibria ends near {p:.6g} Pa, but not at a limit point: the lowest "
+                f"eigenvalue was {near[0].value.real:.4g} at {before.pressure:.6g} Pa and is "
+                f"{last[0].value.real:.4g}; try slack_stiffness >= 1e-4 or a finer mesh",
+                state=low.state,
+                pressure=end,
+                reason="path of equilibria ends",
+            )
+        zero, mode = found[0]
+        return self._record(sorted((p, zero, end))[1], low, mode, (p, end))
+
+    def _record(
+        self, pressure: float, modes: Modes, mode: Mode, bracket: tuple[float, float]
+    ) -> CriticalPoint:
+        share = load_share(modes, mode)
+        point = "limit point" if share > _LIMIT_POINT else "bifurcation"
+        divisions = self.balloon.surface.divisions
+        return CriticalPoint(pressure, mode, point, share, modes.state, bracket, self.visited, divisions)
+
+
+def _own_modes(state: Equilibrium, count: int) -> Modes:
+    """The lowest modes of a state, which an error hands on where they fail. Collective."""
+    try:
+        return without_turns(state, count)
+    except EigenError as error:
+        error.state = state
+        raise
+
+
+# from linear prediction to a fold u ~ sqrt(p* - p) is a factor of 2; more is another equilibrium
+_JUMP = 4.0
+
+
+def without_turns(state: Equilibrium, count: int) -> Modes:
+    """The lowest modes of a state but for the rotations that its supports leave. Collective."""
+    balloon = state.balloon
+    modes = find_modes(state, min(count + num_turns(balloon), balloon.map.size))
+    return replace(modes, modes=tuple(m for m in modes.modes if not m.rigid))
+
+
+def _load_rate(state: Equilibrium, q: Any) -> Any:
+    """The change dr/dp of the residual with the pressure, and the built-in stress with it. Collective."""
+    balloon, p, p0 = state.balloon, state.pressure, state.prestress
+    step = 1e-3 * abs(p)
+    share = 1.0 if balloon.prestressed else 0.0
+    rate, lower = q.duplicate(), q.duplicate()
+    for sign, r in ((1, rate), (-1, lower)):
+        balloon.set_loads(p + sign * step, p0 + sign * share * step)
+        balloon.residual(q, r)
+    rate.axpy(-1.0, lower)
+    rate.scale(1 / (2 * step))
+    balloon.set_loads(p, p0)
+    return rate
+
+
+def _factor(matrix: Any, symmetric: bool) -> Any:
+    ksp = PETSc.KSP().create(matrix.getComm())
+    ksp.setOptionsPrefix("lobefem_path_")
+    ksp.setOperators(matrix)
+    petsc.set_direct_solver(ksp, symmetric)
+    return ksp
+
+
+def _length(balloon: Balloon, displacement: Array) -> float:
+    """Root of u . M u [m^2]. Collective."""
+    M = balloon.mass_matrix()
+    x, y = M.createVecs()
+    x.array[:] = displacement.ravel()[: x.getLocalSize()]
+    M.mult(x, y)
+    return math.sqrt(max(x.dot(y), 0.0))
+
+
+def _weighted(state: Equilibrium, q: Any, displacement: Array) -> Any:
+    """J^T M u of nodal displacements: B dq where they are u = J dq. Collective."""
+    balloon = state.balloon
+    M = balloon.mass_matrix()
+    w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
+    x, y = M.createVecs()
+    x.array[:] = displacement.ravel()[: x.getLocalSize()]
+    M.mult(x, y)
+    reduced = q.duplicate()
+    balloon.map.jacobian(w, dw).multTranspose(y, reduced)
+    return reduced
+
+
+def rayleigh(state: Equilibrium, displacement: Array) -> float:
+    """phi.K phi/phi.B phi of nodal displacements at a state. Collective."""
+    q = state.activate()
+    B = state.balloon.mass(q)
+    inverse = _factor(B, True)
+    weighted = _weighted(state, q, displacement)
+    phi = q.duplicate()
+    inverse.solve(weighted, phi)
+    inverse.destroy()
+    B.destroy()
+    return state.balloon.second_variation(q, phi, phi) / phi.dot(weighted)
+
+
+def jumped(before: Equilibrium, after: Equilibrium) -> bool:
+    """True if a step went much further than the tangent K dq/dp = -dr/dp says.
+
+    Rotations that the supports leave are no part of it. Collective.
+    """
+    balloon = before.balloon
+    q = before.activate()
+    B = balloon.mass(q)
+    rotations = FreeRotations(balloon, q, B)
+    B.destroy()
+    rate = _load_rate(before, q)
+    symmetric = has_symmetric_stiffness(balloon, q)
+    K = balloon.tangent(q)
+    symmetric = symmetric and petsc.asymmetry(K) < petsc.SYMMETRIC
+    A = rotations.bordered(K)
+    ksp = _factor(A, symmetric)
+    dq = q.duplicate()
+    rotations.through(ksp.solve, A)(rate, dq)
+    ksp.destroy()
+    predicted = _length(balloon, displacement_of(balloon, q, dq)) * abs(after.pressure - before.pressure)
+    moved = after.displacement - before.displacement
+    weighted = _weighted(before, q, moved)
+    turned = math.hypot(*(t.dot(weighted) for t in rotations.vectors))
+    return math.sqrt(max(_length(balloon, moved) ** 2 - turned**2, 0.0)) > _JUMP * predicted
+
+
+def load_share(modes: Modes, mode: Mode) -> float:
+    """`CriticalPoint.projection` of a mode. Collective."""
+    state = modes.state
+    balloon = state.balloon
+    q = state.activate()
+    f = _load_rate(state, q)
+    B = balloon.mass(q)
+    rotations = FreeRotations(balloon, q, B)  # as near zero as the mode, and none
+    K = rotations.bordered(balloon.tangent(q))
+    ksp = _factor(K, modes.symmetric)
+    solve: Callable[[Any, Any], None] = rotations.through(
+        ksp.solve if modes.symmetric else ksp.solveTranspose, K
+    )
+    inverse = _factor(B, True)
+    z, g = q.duplicate(), q.duplicate()
+    inverse.solve(f, g)
+    size, share = math.sqrt(f.dot(g)), 0.0
+    for part in (mode.displacement, mode.displacement_imag):
+        Bz = _weighted(state, q, part)
+        if Bz.norm() == 0.0 or size == 0.0:
+            continue
+        for _ in range(2):  # inverse iteration: K is all but singular
+            solve(Bz, z)
+            z.scale(1 / z.norm())
+            B.mult(z, Bz)
+        share = max(share, abs(z.dot(f)) / (math.sqrt(z.dot(Bz)) * size))
+    for solver in (ksp, inverse):
+        solver.destroy()
+    B.destroy()
+    return share

@@ -1,0 +1,274 @@
+"""What a balloon is given: kept in all that is made of it, or refused in one sentence."""
+
+import copy
+import dataclasses
+import importlib
+import inspect
+import pickle
+import pkgutil
+
+import numpy as np
+import pytest
+
+import lobefem
+from lobefem.equilibrium.displacement_control import distort
+from lobefem.equilibrium.distortions import Tip
+from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.state import ideal_state
+from lobefem.errors import InputError
+from lobefem.fem.balloon import Balloon
+from lobefem.frozen import Frozen
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.io.checkpoints import load_state, save_state
+from lobefem.model.cables import Hoops
+from lobefem.model.end_plates import EndPlates
+from lobefem.model.film import Isotropic
+from lobefem.model.fixed_wrinkles import FixedWrinkles
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.imp import IMP, PrescribedPath
+from lobefem.model.kinematics import revolved_frame
+from lobefem.model.supports import Held
+from lobefem.model.tension_field import TensionField
+from lobefem.stability.cyclic import sector_balloon
+from lobefem.stability.harmonic_buckling import harmonic_chart
+from lobefem.stability.linear_buckling import critical_pressure
+from lobefem.stability.modes import find_modes
+from lobefem.stability.one_sided import one_sided_pressures
+from lobefem.stability.perturbation import perturb
+from lobefem.stability.relaxation import release
+
+# each argument that is bound to no mesh, with a value that is not its default
+GIVEN = {
+    "film": FixedWrinkles(E=1e9, nu=0.2, thickness=2e-5, slack_stiffness=1e-3),
+    "parts": (GasPressure("film"), Hoops(EA=2e5), EndPlates("pinned"), Held("rim_bottom", (2,))),
+    "prestressed": True,
+    "hoop_slack": 1e-3,
+    "quadrature_degree": 3,
+}
+
+
+def kept_of(balloon):
+    """The arguments of `GIVEN` that a balloon has."""
+    assert balloon.forms.dx.metadata()["quadrature_degree"] == balloon.quadrature_degree
+    return {name: getattr(balloon, name) for name in GIVEN}
+
+
+@pytest.fixture
+def path(comm):
+    """The state of a load path, and what leads to it."""
+    surface = lobed_cylinder(2, (4, 6), comm=comm)
+    parts = [GasPressure("closed"), EndPlates("fixed")]
+    return inflate(Balloon(surface, PrescribedPath(slack_stiffness=1e-3), parts), 1.0)
+
+
+def test_each_argument_survives_another_surface_and_one_sector(comm):
+    balloon = Balloon(lobed_cylinder(2, (4, 6), comm=comm), **GIVEN)
+    finer = lobed_cylinder(2, (6, 8), comm=comm)
+    assert kept_of(balloon.on(finer)) == GIVEN
+    assert balloon.on(finer).surface is finer
+    sector = sector_balloon(balloon)
+    assert kept_of(sector) == GIVEN
+    assert sector.surface.copies == 6
+
+
+def test_each_argument_survives_another_film(comm, path):
+    """Those that are bound to the mesh as well, which another surface and one sector refuse."""
+    surface, film = lobed_cylinder(2, (4, 6), comm=comm), IMP(E=2e9)
+    balloon = Balloon(surface, **GIVEN, frame=revolved_frame(surface.mesh, surface.axis))
+    other = balloon.with_changes(film=film)
+    assert kept_of(other) == GIVEN | {"film": film}
+    assert other.surface is surface
+    assert other.given_frame is balloon.given_frame is not None
+    loaded = Balloon(path.balloon.surface, TensionField(), path.balloon.parts, load_path=path)
+    assert loaded.with_changes(film=IMP()).load_path is path
+    for bound in (balloon, loaded):
+        for use in (sector_balloon, lambda b: b.on(lobed_cylinder(2, (6, 8), comm=comm))):
+            with pytest.raises(InputError, match=r"frame|load_path"):
+                use(bound)
+    known = {*GIVEN, "surface", "frame", "load_path"}
+    assert set(inspect.signature(Balloon).parameters) == known  # a new argument belongs into these tests
+
+
+def test_a_film_is_prestressed_alike_with_another_law(comm):
+    """The built-in stress itself, not the flag: the same membrane force along the meridian."""
+    balloon = Balloon(lobed_cylinder(1, (4, 6), comm=comm), Isotropic(), EndPlates("fixed"), prestressed=True)
+    one, other = (ideal_state(b, 100.0) for b in (balloon, balloon.with_changes(film=FixedWrinkles())))
+    assert other.strain_energy == pytest.approx(one.strain_energy, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("parts", "text"),
+    [
+        (None, r"^parts are None; give a list of them, such as \[GasPressure\(\), EndPlates\(\)\]$"),
+        ("film", "^parts are 'film'; give a list of them"),
+        (EndPlates, "^parts are <class .*EndPlates'>; give a list of them"),
+        ([EndPlates], r"^EndPlates is a class and no part of a balloon; make one of it, EndPlates\(\)$"),
+    ],
+)
+def test_what_is_no_row_of_parts_is_refused(comm, parts, text):
+    with pytest.raises(InputError, match=text):
+        Balloon(lobed_cylinder(1, (2, 4), comm=comm), TensionField(), parts)
+
+
+def test_one_part_needs_no_brackets(comm):
+    surface = lobed_cylinder(1, (2, 4), comm=comm)
+    balloon = Balloon(surface, TensionField(), GasPressure("film"))
+    assert balloon.parts == (GasPressure("film"),)
+    assert balloon.load.convention == "film"
+    assert Balloon(surface, TensionField(), iter([GasPressure("film"), EndPlates()])).plates == EndPlates()
+
+
+def test_suction_is_refused_of_film_that_carries_tension_only(comm):
+    surface = lobed_cylinder(1, (4, 6), comm=comm)
+    for law in (TensionField(), IMP(), PrescribedPath()):
+        with pytest.raises(
+            InputError, match=rf"^pressure = -5.0 Pa is suction, which {type(law).__name__} film"
+        ):
+            inflate(Balloon(surface, law, EndPlates("fixed")), -5.0)
+    with pytest.raises(InputError, match=r"^pressure = -5.0 Pa is suction, which TensionField film"):
+        ideal_state(Balloon(surface, TensionField(), EndPlates("fixed"), prestressed=True), -5.0)
+    # a law that can be pressed is, and gives way as much as it bulges, at a pressure as small as this
+    shell = Balloon(surface, Isotropic(), [GasPressure("closed"), EndPlates("fixed")])
+    change = [inflate(shell, p).volume - shell.reference_volume for p in (-0.1, 0.1)]
+    assert change[0] == pytest.approx(-change[1], rel=1e-3)
+
+
+def test_things_of_another_kind_are_refused_in_one_sentence(comm, shared_path):
+    surface = lobed_cylinder(1, (4, 6), comm=comm)
+    balloon = Balloon(surface, Isotropic(), [GasPressure("closed"), EndPlates()], prestressed=True)
+    state = inflate(balloon, 5.0)
+    needs_balloon, needs_state = (
+        "balloon is of type Equilibrium; give a Balloon",
+        "is of type Balloon; give a state, ",
+    )
+    for act, text in (
+        (
+            lambda: Balloon(lobed_cylinder, Isotropic()),
+            "surface is of type function; give a Surface, such as lobed",
+        ),
+        (
+            lambda: Balloon(surface.mesh, Isotropic()),
+            "surface is of type Mesh; give a Surface, such as lobed_cyl",
+        ),
+        (lambda: inflate(Balloon, 5.0), "balloon is the class Balloon; give a Balloon"),
+        (lambda: inflate(None, 5.0), "balloon is None; give a Balloon"),
+        (lambda: inflate(state, 5.0), needs_balloon),
+        (lambda: ideal_state(state, 5.0), needs_balloon),
+        (lambda: critical_pressure(state), needs_balloon),
+        (lambda: harmonic_chart(state), needs_balloon),
+        (lambda: one_sided_pressures(state), needs_balloon),
+        (lambda: perturb(state, 5.0, Tip(0.1)), needs_balloon),
+        (lambda: perturb(balloon, 5.0, Tip), "distortion is the class Tip; give one such as Tip"),
+        (lambda: distort(state, 0.1), "distortion is 0.1; give one such as Tip"),
+        (lambda: distort(balloon, Tip(0.1)), needs_state),
+        (lambda: find_modes(balloon), needs_state),
+        (lambda: inflate(balloon, 5.0, start=balloon), needs_state.replace("a state, ", "a state, such as")),
+        (lambda: release(balloon), needs_state),
+        (lambda: save_state(shared_path / "state.npz", balloon), needs_state),
+    ):
+        with pytest.raises(InputError, match=text):
+            act()
+
+
+# --- records ------------------------------------------------------------------------------------
+
+
+def test_states_and_modes_are_not_pickled_but_kept(comm, shared_path):
+    surface = lobed_cylinder(1, (4, 6), comm=comm)
+    balloon = Balloon(surface, Isotropic(), [GasPressure("closed"), EndPlates()], prestressed=True)
+    state = inflate(balloon, 5.0)
+    modes = find_modes(state, 2)
+    for record in (state, modes, balloon, surface):
+        for act in (pickle.dumps, copy.deepcopy):
+            with pytest.raises(
+                InputError, match=r"cannot be pickled or deep-copied.*save_state, modes by save_modes"
+            ):
+                act(record)
+    save_state(shared_path / "state.npz", state)
+    kept = load_state(shared_path / "state.npz", balloon)
+    np.testing.assert_array_equal(kept.unknowns, state.unknowns)
+    assert copy.copy(state).unknowns is state.unknowns  # a shallow copy shares all
+    assert copy.copy(balloon).mesh is balloon.mesh
+    again = pickle.loads(pickle.dumps(modes[0]))  # a mode has no mesh
+    assert again.value == modes[0].value
+    np.testing.assert_array_equal(again.displacement, modes[0].displacement)
+
+
+def frozen_records():
+    """All frozen dataclasses of the package."""
+    for module in pkgutil.iter_modules(lobefem.__path__):
+        if module.name == "__main__":
+            continue
+        for kind in vars(importlib.import_module(f"lobefem.{module.name}")).values():
+            here = inspect.isclass(kind) and kind.__module__ == f"lobefem.{module.name}"
+            if here and dataclasses.is_dataclass(kind) and kind.__dataclass_params__.frozen:
+                yield kind
+
+
+def test_every_frozen_record_with_arrays_keeps_them_read_only():
+    found = set()
+    for kind in frozen_records():
+        names = {f.name for f in dataclasses.fields(kind) if any(w in str(f.type) for w in ARRAYS)}
+        names -= {f.name for f in dataclasses.fields(kind) if "Callable" in str(f.type)}
+        if not names:
+            continue
+        assert issubclass(kind, Frozen), kind
+        array, within = np.zeros(3), {"one": np.zeros(3), "two": 2}
+        arguments = dict.fromkeys((f.name for f in dataclasses.fields(kind)), array)
+        arguments |= {name: within for name in names if "Mapping" in str(kind.__annotations__[name])}
+        arguments |= {name: (array, array) for name in names if "tuple[" in str(kind.__annotations__[name])}
+        arguments |= {name: [array] for name in names if "list[" in str(kind.__annotations__[name])}
+        record = kind(**arguments)
+        for name in names:
+            value = getattr(record, name)
+            one = (
+                value["one"]
+                if isinstance(value, dict)
+                else value[0]
+                if type(value) in (tuple, list)
+                else value
+            )
+            with pytest.raises(ValueError, match="read-only"):
+                one[0] = 1.0
+        array[0] = within["one"][0] = 1.0  # whoever made them can
+        found.add(kind.__name__)
+    assert {"Equilibrium", "Mode", "Checkpoint", "Surface", "Branch", "Form", "Run"} <= found
+
+
+ARRAYS = ("Array", "Integers", "Reals", "Complex", "Index", "NDArray")
+
+
+def test_the_arrays_of_what_was_found_are_read_only(comm):
+    surface = lobed_cylinder(1, (4, 6), comm=comm)
+    balloon = Balloon(surface, Isotropic(), [GasPressure("closed"), EndPlates()], prestressed=True)
+    state = inflate(balloon, 5.0)
+    mode = find_modes(state, 1)[0]
+    arrays = (
+        state.unknowns,
+        state.displacement,
+        mode.displacement,
+        mode.displacement_imag,
+        surface.axis,
+        balloon.X,
+    )
+    for array in arrays:
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 1.0
+    assert inflate(balloon, 5.0, start=state).iterations == 0
+
+
+def test_the_public_names():
+    """What `lobefem` exports; a change of it is a change for every user."""
+    assert sorted(lobefem.__all__) == [
+        "Balloon", "Cords", "CriticalPoint", "CriticalPressure", "Design", "EndPlates", "Equilibrium",
+        "FixedWrinkles", "Form", "FormedLobe", "GasPressure", "HarmonicChart", "Held", "Hoops", "IMP",
+        "Isotensoid", "Isotropic", "Modes", "Perturbed", "PlateLoad", "PrescribedPath", "Released", "Surface",
+        "TensionField", "Trace", "__version__", "critical_point", "critical_pressure", "cylinder",
+        "find_form", "find_modes", "harmonic_chart", "ideal_state", "inflate", "isotensoid_stiffness",
+        "lobed_cylinder", "perturb", "trace",
+    ]  # fmt: skip
+    assert dir(lobefem) == sorted(lobefem.__all__)
+    for name in lobefem.__all__:
+        assert getattr(lobefem, name) is not None
+    with pytest.raises(AttributeError, match="module 'lobefem' has no attribute 'Ballon'"):
+        lobefem.Ballon  # noqa: B018
