@@ -10,7 +10,7 @@ import numpy as np
 from lobefem import checks
 from lobefem.equilibrium.grid_sequencing import coarser_balloon, interpolate
 from lobefem.equilibrium.newton import REASONS, Newton
-from lobefem.equilibrium.state import Equilibrium, record, require_whole
+from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.log import logger

@@ -206,7 +206,9 @@ def record(
     bar_force = balloon.bar_force()
     r.destroy()
     displacement = balloon.u.x.array.reshape(-1, 3).copy()
-    taut, wrinkled, slack = functionals.region_areas(balloon)
+    copies = balloon.surface.copies  # of a sector, whose state stands for the whole balloon's
+    taut, wrinkled, slack = (copies * area for area in functionals.region_areas(balloon))
+    energy = balloon.strain_energy()
     return Equilibrium(
         balloon=balloon,
         pressure=float(balloon.pressure.value),
@@ -218,10 +220,10 @@ def record(
         iterations=iterations,
         residual=norm,
         relative_residual=norm / scale if scale else norm,
-        volume=balloon.volume(),
-        strain_energy=balloon.strain_energy(),
+        volume=copies * balloon.volume(),
+        strain_energy=None if energy is None else copies * energy,
         max_displacement=rigid_motions.largest_of_state(balloon, displacement),
-        bar_force=bar_force,
+        bar_force=None if bar_force is None else copies * bar_force,
         hoop_tension=functionals.cord_tensions(balloon),
         taut_area=taut,
         wrinkled_area=wrinkled,

@@ -21,7 +21,7 @@ from lobefem.fem.boundary_conditions import axis_terms, constraint_map, edge_nod
 from lobefem.fem.contact_potential import Contact
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import Guide
-from lobefem.fem.reduced_matrix import Reduction
+from lobefem.fem.reduced_matrix import Product, Reduction, reduction
 from lobefem.fem.weak_forms import WeakForms, check_load_path
 from lobefem.frozen import OnMesh
 from lobefem.geometry.meridian import Lobe
@@ -137,10 +137,11 @@ class Balloon(OnMesh, Glanceable):
         self.motion = plate_motion(surface, self.plates, axis) if self.plates is not None else None
         self.plate_forces = self._plate_forces(sorted_parts.plate_load)
         self.free: Balloon | None = None
-        self.map = constraint_map(self.V, self.X, surface, self.held, self.motion)
+        tied = axis if surface.copies > 1 else None
+        self.map = constraint_map(self.V, self.X, surface, self.held, self.motion, tied=tied)
         self.contact = self._self_contact(sorted_parts.contact) if sorted_parts.contact is not None else None
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
-        self._tangents: dict[int, Reduction] = {}
+        self._tangents: dict[int, Reduction | Product] = {}
         self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
         wanted = fem.Constant(self.mesh, 1.0), film_volume(self.x, self.frame)
         form = together(self.mesh, *((f, self.forms.dx) for f in wanted))
@@ -183,6 +184,17 @@ class Balloon(OnMesh, Glanceable):
         led.plate_forces, led._tangents, led.free = copy(self.plate_forces), {}, self
         return led
 
+    def untied(self) -> Balloon:
+        """This sector with the nodes of both its cuts free, for motions of any harmonic. Collective."""
+        if not self.map.tied:
+            return self
+        loose = copy(self)
+        petsc.watch(loose, self.mesh)
+        loose._residual_vector, loose._full_tangent = self._residual_vector, self._full_tangent
+        loose.map = constraint_map(self.V, self.X, self.surface, self.held, self.motion)
+        loose.plate_forces, loose._tangents = copy(self.plate_forces), {}
+        return loose
+
     def adopt(self, other: Balloon) -> Any:
         """The q with the displacement in which `other`, the same film with another map, is. Collective."""
         return self.map.unknowns(other.u, other._w)
@@ -207,6 +219,12 @@ class Balloon(OnMesh, Glanceable):
             rows.append(("contact", "film and plates"))
         return Glance(f"{lobes}, {mesh}", tuple(rows))
 
+    @cached_property
+    def gas_level(self) -> float:
+        """Level along the axis at which the gas has the pressure of a state [m]. Collective."""
+        lowest = float(self.axis.relative(self.X)[:, 2].min(initial=np.inf))
+        return self.comm.allreduce(lowest, op=MPI.MIN) + self.load.level
+
     @property
     def guide(self) -> Guide | None:
         """The prescribed motion of this balloon, if any."""
@@ -217,7 +235,8 @@ class Balloon(OnMesh, Glanceable):
             # of a sector its share, as its rims' areas and the bar are
             excess = self.surface.shape.axial_excess / self.surface.copies if self.prestressed else None
             closed = self.load.convention == "closed"
-            return PlateForces(self.motion, load, closed, self.pressure, self.prestress, excess)
+            loads = (closed, self.pressure, self.prestress)
+            return PlateForces(self.motion, load, *loads, excess, self.load.gradient, self.gas_level)
         if load is not None:
             raise InputError(f"{load} needs EndPlates of which the top one moves, as with support 'clamped'")
         return None
@@ -309,6 +328,9 @@ class Balloon(OnMesh, Glanceable):
             volume -= self.plate_forces.centre_volume(self._w)
             dead_work = self.plate_forces.dead_work(self._w)
         work = float(self.pressure.value) * volume + dead_work
+        if self.forms.moment is not None:
+            work += total(self.mesh, self.forms.moment)
+            work += self.plate_forces.moment_work(self._w) if self.plate_forces is not None else 0.0
         barrier = self.contact.energy(self.u) if self.contact is not None else 0.0
         return elastic - work + barrier, abs(elastic) + abs(work)
 
@@ -380,7 +402,7 @@ class Balloon(OnMesh, Glanceable):
         K = self._full_tangent
         K.assemble(form)
         if slot not in self._tangents:
-            self._tangents[slot] = Reduction(K, self.map)
+            self._tangents[slot] = reduction(K, self.map)
         block = self._parameter_block(dw, d2w) if self.map.num_parameters else None
         reduced = self._tangents[slot].fill(K, self._w, dw, block)
         if self.contact is not None:
@@ -438,4 +460,4 @@ class Balloon(OnMesh, Glanceable):
         if kind == "nodal":
             J = self.map.jacobian(w, dw)
             return J.transposeMatMult(J)
-        return Reduction(self._mass, self.map).fill(self._mass, w, dw)
+        return reduction(self._mass, self.map).fill(self._mass, w, dw)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from lobefem.errors import InputError
 from lobefem.fem.constraint_map import ConstraintMap
+from lobefem.fem.cyclic_symmetry import SymmetricMotion, ties
 from lobefem.fem.prescribed_motion import Guide
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.geometry.axis import Axis
@@ -85,6 +86,7 @@ def constraint_map(
     held: Sequence[Held],
     motion: PlateMotion | None,
     guide: Guide | None = None,
+    tied: Axis | None = None,
 ) -> ConstraintMap:
     """The map from the unknowns q to nodal displacements under all that holds the film.
 
@@ -95,6 +97,7 @@ def constraint_map(
         held: parts whose displacement is given.
         motion: of the plates.
         guide: what leads the balloon in the plates' place.
+        tied: the axis about which one sector's cuts are tied, so that it deforms as all others do.
 
     Collective.
     """
@@ -112,4 +115,7 @@ def constraint_map(
     fixed, first = np.unique(np.concatenate(dofs), return_index=True)
     fixed, given = fixed.astype(np.int32), np.concatenate(values)[first]
     nodes = tuple(edge_nodes(V, surface, name) for name in rings)
+    if tied is not None:
+        whole = SymmetricMotion(motion) if motion is not None else None
+        return ConstraintMap(V, X, whole, nodes, fixed, given, ties(V, X, surface, tied))
     return ConstraintMap(V, X, guide or motion, nodes, fixed, given)

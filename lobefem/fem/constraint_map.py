@@ -2,7 +2,8 @@
 
 q holds the displacement components of the free nodes (where they are owned) and, at the end of the
 last rank, the plates' parameters y. Nodes on a rim follow their plate, held components keep their
-value. A guide (`lobefem.fem.prescribed_motion`) may take seams along as rigid rings and push nodes outwards. For
+value. On one sector of a cyclic surface the nodes of its far cut may be tied to those of its near one, so
+that the sector deforms as all others do. A guide (`lobefem.fem.prescribed_motion`) may take seams along as rigid rings and push nodes outwards. For
 an energy of u the reduced residual is J^T r and the reduced tangent J^T K J plus the curvature of
 the map, which acts on y alone: no row of a Dirichlet condition is left anywhere, so the same
 products serve Newton's method and eigenproblems.
@@ -10,7 +11,7 @@ products serve Newton's method and eigenproblems.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +23,20 @@ from lobefem.typing import Array
 from mpi4py import MPI
 from petsc4py import PETSc
 
-__all__ = ["ConstraintMap"]
+__all__ = ["ConstraintMap", "Ties"]
+
+
+class Ties(NamedTuple):
+    """Nodes that do what others do, rotated: u[far] = R u[near].
+
+    Attributes:
+        far, near: block indices of the nodes (n,), all on this rank.
+        rotation: R (3, 3).
+    """
+
+    far: npt.NDArray[np.int32]
+    near: npt.NDArray[np.int32]
+    rotation: Array
 
 
 class ConstraintMap:
@@ -31,16 +45,18 @@ class ConstraintMap:
     Args:
         V: vector function space (three components).
         X: positions of its nodes at rest, ghosts included (nodes, 3) [m].
-        motion: the plates' motion, or a guide that leads it, or None.
+        motion: the plates' motion, a guide that leads it, a `SymmetricMotion`, or None.
         rims: block indices of the nodes, owned or ghosts, of each rigid ring: bottom rim, top rim and
             the guide's seams.
         held: unrolled indices of held displacement components (owned or ghosts).
         values: their values [m].
+        ties: nodes that follow others; those of rigid rings and held ones do not.
 
     Attributes:
         local_size, size: unknowns q on this rank and in all.
         whole_nodes: whether q is made of nodes free in x, y and z, and of nothing else.
         turned: whether some nodes have components in axes of their own.
+        tied: whether some nodes follow others, so that J adds rows of K.
 
     Collective.
     """
@@ -49,10 +65,11 @@ class ConstraintMap:
         self,
         V: Any,
         X: Array,
-        motion: PlateMotion | Guide | None,
+        motion: Any,
         rims: tuple[npt.NDArray[np.int32], ...],
         held: npt.NDArray[np.int32],
         values: Array,
+        ties: Ties | None = None,
     ) -> None:
         self.comm = V.mesh.comm
         self.motion = motion
@@ -69,6 +86,7 @@ class ConstraintMap:
         self._held, self._values = held[mine], values[mine]
         free[self._held] = False
         self._push(motion.pushed if isinstance(motion, Guide) else None, free)
+        self._tie(ties, free)
         self.free = np.flatnonzero(free).astype(np.int32)
         self.num_parameters = motion.size if motion is not None else 0
         self._has_parameters = self.comm.rank == self.comm.size - 1
@@ -97,6 +115,17 @@ class ConstraintMap:
         self._pushed, self._frames = pushed.nodes[mine], pushed.frames[mine]
         self._push_terms = np.stack([pushed.linear[mine], pushed.quadratic[mine]])
         free[3 * self._pushed] = False
+
+    def _tie(self, ties: Ties | None, free: npt.NDArray[np.bool_]) -> None:
+        """Take the components of tied nodes out of `free`."""
+        self._far: npt.NDArray[np.int64] = np.empty((0, 3), dtype=np.int64)
+        self._near, self._rotation = self._far, np.eye(3)
+        if ties is not None:
+            mine = free.reshape(-1, 3)[ties.far].all(axis=1)
+            self._far, self._near = (3 * n[mine][:, None] + np.arange(3) for n in (ties.far, ties.near))
+            self._rotation = ties.rotation
+        free[self._far] = False
+        self.tied = bool(self._far.size)
 
     # --- q and its plate parameters -------------------------------------------------------------
 
@@ -137,6 +166,7 @@ class ConstraintMap:
             local = array[at]
             local[:, 0] = np.array([s, s**2]) @ self._push_terms
             array[at] = np.einsum("nk,nkj->nj", local, self._frames)
+        array[self._far] = array[self._near] @ self._rotation.T
         u.x.scatter_forward()
         return w, dw, d2w
 
@@ -218,6 +248,9 @@ class ConstraintMap:
 
     def reduce(self, r: Array, w_gradient: Array, dw: Array, out: Any) -> None:
         """Write J^T r into `out`: free components as they are, plates from the gradient in w."""
+        if self.tied:
+            r = r.copy()
+            r[self._near] += r[self._far] @ self._rotation
         with out as array:
             array[: self.free.size] = self._in_frames(r)[self.free]
             if self._has_parameters:
@@ -267,6 +300,7 @@ class ConstraintMap:
         counts = np.zeros(self.owned, dtype=PETSc.IntType)
         counts[self.free] = 1
         counts[3 * self._pushed[:, None] + np.arange(3)] = 2
+        counts[self._far] = 3
         for nodes in self._rims:
             counts[3 * nodes[:, None] + np.arange(3)] = n
         rows = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
@@ -278,6 +312,8 @@ class ConstraintMap:
         pairs = rows[at][..., None] + np.arange(2)
         columns[pairs] = column[at[:, 1:]][:, None, :]
         entries[pairs] = self._frames[:, 1:].transpose(0, 2, 1)
+        columns[rows[self._far][..., None] + np.arange(3)] = column[self._near][:, None, :]
+        entries[rows[self._far][..., None] + np.arange(3)] = self._rotation
         for k, (nodes, arms) in enumerate(zip(self._rims, self._arms, strict=True)):
             block = self.ring_derivative(k, arms, w, dw)
             at = rows[3 * nodes[:, None] + np.arange(3)][..., None] + np.arange(n)

@@ -25,6 +25,8 @@ class PlateForces:
         prestress: pressure p0 of the built-in stress, a constant [Pa].
         excess: what the film's built-in pull on a plate exceeds p0 A by, over p0 [m^2]; None of a film
             without built-in stress.
+        gradient: of the gas pressure along the axis [Pa/m].
+        level: where the gas has the pressure `pressure`, along the axis [m].
 
     Attributes:
         top_force: the film's and the gas's force on the top plate at the last `add_to` [N].
@@ -41,10 +43,13 @@ class PlateForces:
         pressure: Any,
         prestress: Any,
         excess: float | None,
+        gradient: float = 0.0,
+        level: float = 0.0,
     ) -> None:
         if load is not None and not motion.moving:
             raise InputError(f"{load} needs EndPlates of which the top one moves, as with support 'clamped'")
         self.motion, self.closed, self.excess = motion, closed, excess
+        self.gradient, self.level = gradient if closed else 0.0, level
         self.pressure, self.prestress = pressure, prestress
         self.dead = np.zeros(12) if load is None else np.concatenate([np.zeros(6), load.force, load.moment])
         self.top_force: Array = np.zeros(3)
@@ -71,6 +76,10 @@ class PlateForces:
         """The plates' change of the enclosed volume [m^3]."""
         return self.motion.volume_change(w)[0]
 
+    def moment_work(self, w: Array) -> float:
+        """Work of the pressure's gradient on the plates [J]."""
+        return self.gradient * self.motion.moment_change(w, self.level)[0] if self.gradient else 0.0
+
     def centre_volume(self, w: Array) -> float:
         """Of `volume`, what a `film` load leaves out: the centres' way along the last frozen areas [m^3]."""
         return 0.0 if self.closed else float((self._frozen * w[:12].reshape(2, 6)[:, :3]).sum())
@@ -85,6 +94,10 @@ class PlateForces:
         _, g, h = self.motion.volume_change(w)
         gradient[:12] -= p * g + self.dead
         hessian[:12, :12] -= p * h
+        if self.gradient:
+            _, g, h = self.motion.moment_change(w, self.level)
+            gradient[:12] -= self.gradient * g
+            hessian[:12, :12] -= self.gradient * h
         self.top_force = gradient[6:9].copy()
         _, g, h = self.motion.bar_energy(w, self.bar_built_in)
         gradient[:12] += g

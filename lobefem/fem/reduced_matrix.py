@@ -17,8 +17,38 @@ from lobefem.linalg.assembly import NodalMatrix, PickedMatrix
 from lobefem.typing import Array, Integers
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
-__all__ = ["Reduction"]
+__all__ = ["Reduction", "reduction"]
+
+
+def reduction(nodal: NodalMatrix, constraints: ConstraintMap) -> Reduction | Product:
+    """J^T K J of a map: its entries picked from K, or where nodes follow others a product. Collective."""
+    return (Product if constraints.tied else Reduction)(nodal, constraints)
+
+
+class Product:
+    """J^T K J by PETSc's product of three matrices, for maps whose tied nodes add rows of K to others.
+
+    Args:
+        nodal: K, or a matrix of the same pattern.
+        constraints: the map.
+    """
+
+    def __init__(self, nodal: NodalMatrix, constraints: ConstraintMap) -> None:
+        self._map = constraints
+        self._result: Any = None
+
+    def fill(self, nodal: NodalMatrix, w: Array, dw: Array, block: Array | None = None) -> Any:
+        """The matrix with the present values, overwritten by the next call: see `Reduction.fill`. Collective."""
+        J = self._map.jacobian(w, dw)
+        self._result = nodal.whole().PtAP(J, result=self._result)
+        if block is not None:
+            if self._map.comm.rank == self._map.comm.size - 1:
+                at = self._map.parameter_columns
+                self._result.setValues(at, at, block, addv=PETSc.InsertMode.ADD_VALUES)
+            self._result.assemble()
+        return self._result
 
 
 class Reduction:

@@ -237,6 +237,37 @@ class PlateMotion:
             hessian[t, d] += cross.T
         return value, gradient, hessian
 
+    def moment_change(self, w: Array, level: float) -> tuple[float, Array, Array]:
+        """Change of the plates' part of W, the integral of z over the volume, z along the axis from `level` [m].
+
+        For flat circular discs A n_z (z_c^2 + r^2 (1 - n_z^2)/4)/2, z_c the height of their centre.
+
+        Returns:
+            value [m^4], gradient (12,), Hessian (12, 12) with respect to w.
+        """
+        e = self.direction
+        value, gradient, hessian = 0.0, np.zeros(12), np.zeros((12, 12))
+        for k in range(2):
+            d, t = slice(6 * k, 6 * k + 3), slice(6 * k + 3, 6 * k + 6)
+            R, dR, d2R = rotation(w[t])
+            area = float(np.linalg.norm(self.area_vectors[k]))
+            n = self.area_vectors[k] / area
+            inertia = area**2 / (4 * math.pi)
+            z0 = float(self._arms[k] @ e) - level
+            z = z0 + float(w[d] @ e)
+            n0, nz = float(n @ e), float(e @ R @ n)
+            dn, d2n = np.einsum("i,aij,j->a", e, dR, n), np.einsum("i,abij,j->ab", e, d2R, n)
+            value += (nz * (area * z**2 + inertia * (1 - nz**2)) - n0 * area * z0**2) / 2
+            tilt = (area * z**2 + inertia * (1 - 3 * nz**2)) / 2
+            gradient[d] += area * nz * z * e
+            gradient[t] += tilt * dn
+            hessian[d, d] += area * nz * np.outer(e, e)
+            cross = area * z * np.outer(e, dn)
+            hessian[d, t] += cross
+            hessian[t, d] += cross.T
+            hessian[t, t] += tilt * d2n - 3 * inertia * nz * np.outer(dn, dn)
+        return value, gradient, hessian
+
     def bar_energy(self, w: Array, built_in: float) -> tuple[float, Array, Array]:
         """Energy of an elastic bar, N0 (l - L) + EA (l - L)^2/(2 L), with gradient and Hessian in w.
 

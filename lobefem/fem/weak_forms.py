@@ -16,7 +16,7 @@ from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.assembly import together
 from lobefem.model.cables import Cords
 from lobefem.model.film import Film
-from lobefem.model.gas_pressure import film_volume_change, pressure_work
+from lobefem.model.gas_pressure import film_moment_change, film_volume_change, pressure_work
 from lobefem.model.kinematics import edge_strain, green_lagrange
 
 import ufl
@@ -97,10 +97,18 @@ class WeakForms:
         self._volume = film_volume_change(u, X, self.frame) * dx
         if self.has_energy:
             self._elastic = sum(cords, film.energy(strain, number) * dx)
-        if balloon.load.convention == "closed":
-            load = ufl.derivative(-balloon.pressure * self._volume, u, v)
+        self._moment = None
+        gas, level, rise = balloon.load, number(balloon.gas_level), number(balloon.load.gradient)
+        if gas.gradient:
+            self._moment = rise * film_moment_change(u, X, self.frame, axis, level) * dx
+        if gas.convention == "closed":
+            potential = balloon.pressure * self._volume
+            load = ufl.derivative(-(potential if self._moment is None else potential + self._moment), u, v)
         else:
-            load = -balloon.pressure * pressure_work(u, v, self.frame) * dx
+            local = (
+                balloon.pressure + rise * (ufl.dot(X + u, axis) - level) if gas.gradient else balloon.pressure
+            )
+            load = -local * pressure_work(u, v, self.frame) * dx
         # the energies whose derivative is taken; the work of the rest is written as it is
         energies = cords if film.by_stress else [self._elastic]
         residual = ufl.derivative(sum(energies[1:], energies[0]), u, v) if energies else 0
@@ -169,6 +177,11 @@ class WeakForms:
     def volume(self) -> Any:
         """Change of the film's part of the enclosed volume [m^3]."""
         return dolfinx_compat.form(self._volume)
+
+    @cached_property
+    def moment(self) -> Any:
+        """Work of the pressure's gradient on the film [J], None without one."""
+        return None if self._moment is None else dolfinx_compat.form(self._moment)
 
     @cached_property
     def regions(self) -> Any:

@@ -3,6 +3,9 @@
 - `film`: on the film only, residual -p v . n da (the paper's). Where plates move it has no potential.
 - `closed`: on film and plates, potential -p V, V the enclosed volume; symmetric.
 
+The pressure may rise along the axis, p(z) = p0 + b z, b = g (rho_air - rho_gas), z from the level at which p0
+is given; the potential of `closed` is then -(p0 V + b W), W the integral of z over the enclosed volume.
+
 With both rims held the two give the same film forces. `closed` needs a closed surface: a free edge
 without a plate leaves the volume, and with it the load, dependent on the point from which places count, that
 of the axis at the bottom rim (edges in symmetry planes through the axis are fine).
@@ -13,12 +16,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.model.kinematics import Frame, area_vector
 
 import ufl
 
-__all__ = ["LOADS", "GasPressure", "film_volume", "film_volume_change", "pressure_work"]
+__all__ = ["LOADS", "GasPressure", "film_moment_change", "film_volume", "film_volume_change", "pressure_work"]
 
 LOADS = ("film", "closed")
 
@@ -29,11 +33,20 @@ class GasPressure:
 
     Args:
         convention: "film" or "closed".
+        gradient: b, rise of the pressure per metre along the axis [Pa/m].
+        level: height above the bottom rim at which the gas has the pressure of a state [m].
+
+    Raises:
+        InputError: another convention, or a number that is none.
     """
 
     convention: str = "closed"
+    gradient: float = 0.0
+    level: float = 0.0
 
     def __post_init__(self) -> None:
+        checks.finite("the pressure's gradient", self.gradient, "Pa/m")
+        checks.finite("the level of the gas pressure", self.level, "m")
         if self.convention not in LOADS:
             raise InputError(f"pressure load '{self.convention}' is unknown; use 'film' or 'closed'")
 
@@ -41,6 +54,28 @@ class GasPressure:
 def film_volume(x: Any, frame: Frame) -> Any:
     """The undeformed film's part of the enclosed volume per area, X . n/3 [m]."""
     return ufl.dot(x, frame.n) / 3
+
+
+def _area_change(u: Any, frame: Frame) -> Any:
+    """Current area vector less the reference normal, per reference area."""
+    gradient = ufl.grad(u)
+    g_m, g_h = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
+    return ufl.cross(g_m, frame.h) + ufl.cross(frame.m, g_h) + ufl.cross(g_m, g_h)
+
+
+def film_moment_change(u: Any, x: Any, frame: Frame, axis: Any, level: Any) -> Any:
+    """Change of the film's part of W per reference area, z^2/2 along the axis through its area [m^2].
+
+    Args:
+        u: displacement.
+        x: reference position.
+        frame: the reference frame.
+        axis: unit vector, upwards.
+        level: where z is zero, along the axis [m].
+    """
+    change = ufl.dot(_area_change(u, frame), axis)
+    z, rise = ufl.dot(x, axis) - level, ufl.dot(u, axis)
+    return (z * rise + rise**2 / 2) * (ufl.dot(frame.n, axis) + change) + z**2 / 2 * change
 
 
 def film_volume_change(u: Any, x: Any, frame: Frame) -> Any:
@@ -54,9 +89,7 @@ def film_volume_change(u: Any, x: Any, frame: Frame) -> Any:
         x: reference position from a point on the axis.
         frame: the reference frame.
     """
-    gradient = ufl.grad(u)
-    g_m, g_h = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
-    change = ufl.cross(g_m, frame.h) + ufl.cross(frame.m, g_h) + ufl.cross(g_m, g_h)
+    change = _area_change(u, frame)
     return (ufl.dot(u, frame.n + change) + ufl.dot(x, change)) / 3
 
 

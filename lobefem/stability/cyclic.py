@@ -52,7 +52,7 @@ def sector_balloon(balloon: Balloon) -> Balloon:
             is given by hand.
     """
     if balloon.surface.copies != 1:
-        return balloon
+        return balloon.untied()
     if balloon.guide is not None:
         raise InputError(f"the balloon is under a {balloon.guide.kind}; its modes are of no single harmonic")
     if balloon.given_frame is not None:
@@ -69,7 +69,7 @@ def sector_balloon(balloon: Balloon) -> Balloon:
             )
     # film that does not touch itself feels no contact; `restrict` refuses states in which it does
     parts = [part for part in balloon.parts if not isinstance(part, SelfContact)]
-    return balloon.with_changes(surface=sector, parts=parts)
+    return balloon.with_changes(surface=sector, parts=parts).untied()
 
 
 @dataclass(frozen=True)
@@ -259,6 +259,9 @@ class Sector:
         Raises:
             InputError: the state differs from sector to sector.
         """
+        if whole.map.tied:  # the state of one sector: the same film, its cuts untied
+            whole.place(q)
+            return self.balloon.map.unknowns(whole.u, whole._w)
         if whole.contact is not None:
             whole.place(q)
             if whole.contact.measure(whole.u).pairs:

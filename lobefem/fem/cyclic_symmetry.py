@@ -1,0 +1,94 @@
+"""One sector of a cyclic surface that deforms as all others do: harmonic 0 as a constraint.
+
+The far cut of the sector is its near one rotated by alpha = 2 pi/N about the axis, at rest and in every state
+that is the same in all sectors. Tied to it, the nodes of the far cut are no unknowns, and plates can only move
+along the axis and spin about it: the equilibrium of one sector is that of the whole balloon.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from lobefem.errors import InputError
+from lobefem.fem.constraint_map import Ties
+from lobefem.fem.rigid_plates import PlateMotion
+from lobefem.geometry.axis import Axis
+from lobefem.typing import Array
+
+from dolfinx import fem
+from dolfinx.mesh import exterior_facet_indices
+
+__all__ = ["SymmetricMotion", "about_axis", "ties"]
+
+_SAME = 1e-8  # of the span, between a node and the image of its partner
+
+
+def about_axis(axis: Array, angle: float) -> Array:
+    """Rotation by an angle [rad] about a unit vector (3, 3)."""
+    x, y, z = axis
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + math.sin(angle) * skew + (1.0 - math.cos(angle)) * skew @ skew
+
+
+def ties(V: Any, X: Array, surface: Any, axis: Axis) -> Ties:
+    """Nodes of a sector's far cut with their partners on the near one.
+
+    Args:
+        V: space of displacements of the sector's mesh, which is whole on every rank.
+        X: positions of its nodes (nodes, 3) [m].
+        surface: one sector.
+        axis: of the surface.
+
+    Raises:
+        InputError: the surface has no two cuts that are each other's image.
+    """
+    from scipy.spatial import cKDTree
+
+    mesh = surface.mesh
+    mesh.topology.create_connectivity(1, 2)
+    edge = fem.locate_dofs_topological(V, 1, exterior_facet_indices(mesh.topology))
+    rotation = about_axis(axis.direction, 2.0 * math.pi / surface.copies)
+    places = X[edge] - axis.origin
+    span = float(np.ptp(places, axis=0).max())
+    distance, partner = cKDTree(places).query(places @ rotation.T)
+    near = np.flatnonzero((distance < _SAME * span) & (partner != np.arange(len(edge))))
+    if not near.size:
+        raise InputError(
+            f"the surface is said to be one of {surface.copies} equal sectors, and no edge of it is another one "
+            "rotated about the axis; check copies and axis"
+        )
+    return Ties(edge[partner[near]], edge[near], rotation)
+
+
+class SymmetricMotion:
+    """The motion of plates in harmonic 0: along the axis and about it.
+
+    Stands for the `PlateMotion` that it is made from wherever a constraint map needs one.
+
+    Args:
+        motion: with all its parameters.
+    """
+
+    def __init__(self, motion: PlateMotion) -> None:
+        self._motion = motion
+        self._kept = np.array([k for k, name in enumerate(motion.names) if name.endswith("_z")], dtype=int)
+        self.names = tuple(motion.names[k] for k in self._kept)
+        self.size = len(self.names)
+        self.pushed = None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._motion, name)
+
+    def evaluate(self, y: Array) -> tuple[Array, Array, Array]:
+        """w (12,), dw/dy (12, size) and d2w/dy2 (12, size, size) at y (size,)."""
+        full = np.zeros(self._motion.size)
+        full[self._kept] = y
+        w, dw, d2w = self._motion.evaluate(full)
+        return w, dw[:, self._kept], d2w[np.ix_(range(12), self._kept, self._kept)]
+
+    def coordinates(self, w: Array) -> Array:
+        """The y of a motion w (12,)."""
+        return self._motion.coordinates(w)[self._kept]
