@@ -61,6 +61,9 @@ class Balloon(OnMesh, Glanceable):
             the film, which carries it in that state's shape (paper sec. 4).
         frame: the film's frame; by default that of a surface of revolution about the axis.
         quadrature_degree: for the film's energy; by default exact for the element where it can be.
+        pattern: flat coordinates (two components) in which the film is free of stress, as a function of
+            the mesh (`lobefem.model.cutting_pattern`) [m]; by default the film is so as it was drawn.
+        layers: number of layers of film, as a function of the mesh; by default one everywhere.
 
     Attributes:
         V, u: space and function of the displacement [m].
@@ -88,6 +91,8 @@ class Balloon(OnMesh, Glanceable):
         load_path: Any = None,
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
+        pattern: Any = None,
+        layers: Any = None,
     ) -> None:
         checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
         require_film(film)
@@ -98,8 +103,9 @@ class Balloon(OnMesh, Glanceable):
         self.surface, self.film, self.prestressed = surface, film, prestressed
         self.parts, self.hoop_slack, self.quadrature_degree = parts, hoop_slack, quadrature_degree
         self.given_frame, self.load_path = frame, load_path
+        self.pattern, self.layers = pattern, layers
         self.cords, self.held = sorted_parts.cords, sorted_parts.held
-        self.load, self.plates = sorted_parts.load, sorted_parts.plates
+        self.load, self.plates, self.weight = sorted_parts.load, sorted_parts.plates, sorted_parts.weight
         if not 0 <= checks.finite("hoop_slack", hoop_slack, "") < 1:
             raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
         if hoop_slack and not prestressed and load_path is None:
@@ -143,7 +149,7 @@ class Balloon(OnMesh, Glanceable):
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._tangents: dict[int, Reduction | Product] = {}
         self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
-        wanted = fem.Constant(self.mesh, 1.0), film_volume(self.x, self.frame)
+        wanted = self.forms.area_of_film * fem.Constant(self.mesh, 1.0), film_volume(self.x, self.frame)
         form = together(self.mesh, *((f, self.forms.dx) for f in wanted))
         self.reference_area, self.reference_volume = map(float, totals(self.mesh, form))
         self.reference_volume += self.motion.volume if self.motion else 0.0
@@ -169,6 +175,8 @@ class Balloon(OnMesh, Glanceable):
             "load_path": self.load_path,
             "frame": self.given_frame,
             "quadrature_degree": self.quadrature_degree,
+            "pattern": self.pattern,
+            "layers": self.layers,
         }
         return Balloon(**arguments | changes)
 
@@ -331,6 +339,8 @@ class Balloon(OnMesh, Glanceable):
         if self.forms.moment is not None:
             work += total(self.mesh, self.forms.moment)
             work += self.plate_forces.moment_work(self._w) if self.plate_forces is not None else 0.0
+        if self.forms.raised is not None:
+            work -= total(self.mesh, self.forms.raised)
         barrier = self.contact.energy(self.u) if self.contact is not None else 0.0
         return elastic - work + barrier, abs(elastic) + abs(work)
 

@@ -15,6 +15,7 @@ from lobefem.fem.cable_forms import Cordage
 from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.assembly import together
 from lobefem.model.cables import Cords
+from lobefem.model.cutting_pattern import Drawn, Pattern
 from lobefem.model.film import Film
 from lobefem.model.gas_pressure import film_moment_change, film_volume_change, pressure_work
 from lobefem.model.kinematics import edge_strain, green_lagrange
@@ -62,10 +63,14 @@ class WeakForms:
             # and the frame vary over it
             varies = balloon.prestressed or film.directional or load_path is not None
             degree = (4 if varies else 1) if linear else 2 * balloon.order + (not simplex)
+            if balloon.pattern is not None:  # rational, and exact by no rule
+                degree = max(degree, 2 * balloon.order + 2)
         # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
         # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
         dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
-        strain = green_lagrange(u, self.frame)
+        pattern = Drawn() if balloon.pattern is None else Pattern(balloon.pattern, self.frame)
+        area = pattern.area if balloon.layers is None else balloon.layers * pattern.area
+        strain = pattern.strain(green_lagrange(u, self.frame))
         if balloon.prestressed:
             across = X - ufl.dot(X, axis) * axis
             radius = ufl.sqrt(ufl.dot(across, across))
@@ -76,7 +81,7 @@ class WeakForms:
             found.x.array[:] = load_path.displacement.ravel()
             path = load_path.balloon.film
             strain = strain + path.removed_strain(green_lagrange(found, self.frame), number, hoop_slack)
-        self.strain = strain
+        self.strain, self.area_of_film = strain, pattern.area
         self.dx = dx
         self.has_energy = film.has_energy
         # strains less what is quadratic in the increment, their parts `bend`, are those of `predicted`
@@ -94,9 +99,11 @@ class WeakForms:
             bend = _even(lambda d: edge_strain(d, mesh, strand.side), self.increment)  # noqa: B023
             predicted += strand.EA * (e - bend) * ufl.derivative(e, u, v) * strand.measure
             self._strains.append(e)
+        weight, up = balloon.weight, ufl.dot(u, axis)
+        self._weight = [] if not weight.film else [number(weight.film) * area * up * dx]
         self._volume = film_volume_change(u, X, self.frame) * dx
         if self.has_energy:
-            self._elastic = sum(cords, film.energy(strain, number) * dx)
+            self._elastic = sum(cords, area * film.energy(strain, number) * dx)
         self._moment = None
         gas, level, rise = balloon.load, number(balloon.gas_level), number(balloon.load.gradient)
         if gas.gradient:
@@ -110,11 +117,13 @@ class WeakForms:
             )
             load = -local * pressure_work(u, v, self.frame) * dx
         # the energies whose derivative is taken; the work of the rest is written as it is
-        energies = cords if film.by_stress else [self._elastic]
+        energies = [*(cords if film.by_stress else [self._elastic]), *self._weight]
         residual = ufl.derivative(sum(energies[1:], energies[0]), u, v) if energies else 0
         residual += load
-        bend = _even(lambda d: green_lagrange(d, self.frame), self.increment)
-        predicted += ufl.inner(film.stress(strain - bend, number), ufl.derivative(strain, u, v)) * dx
+        bend = _even(lambda d: pattern.linear(green_lagrange(d, self.frame)), self.increment)
+        predicted += area * ufl.inner(film.stress(strain - bend, number), ufl.derivative(strain, u, v)) * dx
+        for potential in self._weight:
+            load += ufl.derivative(potential, u, v)
         self._predicted = ufl.derivative(predicted + load, u, du)
         self._iteration = None
         if film.by_stress:
@@ -122,8 +131,8 @@ class WeakForms:
             if film.tangent == "secant":
                 held = film.secant(strain, ufl.derivative(strain, u, du), number)
                 moduli = ufl.inner(held, virtual) + ufl.inner(S, ufl.derivative(virtual, u, du))
-                self._iteration = ufl.derivative(residual, u, du) + moduli * dx
-            residual += ufl.inner(S, virtual) * dx
+                self._iteration = ufl.derivative(residual, u, du) + area * moduli * dx
+            residual += area * ufl.inner(S, virtual) * dx
         self._residual, self._tangent = residual, ufl.derivative(residual, u, du)
 
     def number(self, value: float) -> Any:
@@ -184,10 +193,15 @@ class WeakForms:
         return None if self._moment is None else dolfinx_compat.form(self._moment)
 
     @cached_property
+    def raised(self) -> Any:
+        """Potential of the dead weight [J], None without one."""
+        return dolfinx_compat.form(sum(self._weight[1:], self._weight[0])) if self._weight else None
+
+    @cached_property
     def regions(self) -> Any:
         """Reference areas of taut, wrinkled and slack film [m^2], `together`."""
         regions = self._film.regions(self.strain, self.number)
-        return together(self.mesh, *((region, self.dx) for region in regions))
+        return together(self.mesh, *((self.area_of_film * region, self.dx) for region in regions))
 
     @cached_property
     def pulls(self) -> Any:

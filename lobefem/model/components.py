@@ -8,6 +8,7 @@ from typing import Any
 
 from lobefem.errors import InputError
 from lobefem.model.cables import Cords
+from lobefem.model.dead_weight import DeadWeight
 from lobefem.model.end_plates import EndPlates, PlateLoad
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.self_contact import SelfContact
@@ -15,7 +16,7 @@ from lobefem.model.supports import Held
 
 __all__ = ["Parts", "row"]
 
-_KINDS = (GasPressure, Cords, EndPlates, PlateLoad, Held, SelfContact)
+_KINDS = (GasPressure, Cords, EndPlates, PlateLoad, Held, SelfContact, DeadWeight)
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class Parts:
     plates: EndPlates | None
     plate_load: PlateLoad | None
     contact: SelfContact | None
+    weight: DeadWeight
 
     @classmethod
     def sort(cls, parts: Sequence[Any]) -> Parts:
@@ -36,7 +38,10 @@ class Parts:
         Raises:
             InputError: something that is no part, or two of which there can be one.
         """
-        one = {kind: _single(parts, kind) for kind in (GasPressure, EndPlates, PlateLoad, SelfContact)}
+        one = {
+            kind: _single(parts, kind)
+            for kind in (GasPressure, EndPlates, PlateLoad, SelfContact, DeadWeight)
+        }
         unknown = [p for p in parts if not isinstance(p, _KINDS)]
         if unknown:
             names = ", ".join(kind.__name__ for kind in _KINDS)
@@ -51,6 +56,7 @@ class Parts:
             one[EndPlates],
             one[PlateLoad],
             one[SelfContact],
+            one[DeadWeight] or DeadWeight(),
         )
 
 

@@ -1,0 +1,59 @@
+"""Film cut from flat patterns: strain and area by pattern coordinates (UFL).
+
+Gores are cut flat and joined; the surface on which the film is meshed is not free of stress. Pattern
+coordinates P (two components, each gore with its own) give the flat place of every point, F = grad x (grad P)^-1,
+and with A = dP/ds in the film's frame the Green-Lagrange strain A^-T (E + (I - A^T A)/2) A^-1. The first pattern
+axis takes the meridian's place in laws that know a direction.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lobefem.model.kinematics import Frame
+
+import ufl
+
+__all__ = ["Drawn", "Pattern"]
+
+
+class Drawn:
+    """Film that is free of stress as it was drawn."""
+
+    area: Any = 1
+
+    def strain(self, drawn: Any) -> Any:
+        """The film's strain of the strain of the drawn surface, 2x2."""
+        return drawn
+
+    def linear(self, drawn: Any) -> Any:
+        """The part of `strain` that is linear in that of the drawn surface."""
+        return drawn
+
+
+class Pattern(Drawn):
+    """Film that is free of stress in its flat pattern.
+
+    Args:
+        coordinates: P as a UFL vector of two components [m].
+        frame: of the drawn surface.
+
+    Attributes:
+        area: pattern's area per area of the drawn surface.
+    """
+
+    def __init__(self, coordinates: Any, frame: Frame) -> None:
+        gradient = ufl.grad(coordinates)
+        along, across = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
+        self._A = ufl.as_matrix([[along[0], across[0]], [along[1], across[1]]])
+        self._inverse = ufl.inv(self._A)
+        self.area = ufl.det(self._A)
+
+    def linear(self, drawn: Any) -> Any:
+        """A^-T E A^-1."""
+        return ufl.transpose(self._inverse) * drawn * self._inverse
+
+    def strain(self, drawn: Any) -> Any:
+        """A^-T (E + (I - A^T A)/2) A^-1."""
+        flat = (ufl.Identity(2) - ufl.transpose(self._A) * self._A) / 2
+        return self.linear(drawn + flat)
