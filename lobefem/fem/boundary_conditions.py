@@ -76,7 +76,7 @@ def plate_motion(surface: Any, plates: EndPlates, axis: Axis) -> PlateMotion:
     if not isinstance(plates.bar, bool):  # a sector has its share of the plates and of their bar
         plates = replace(plates, bar=plates.bar / surface.copies)
     centres = axis.origin + np.outer(heights / lengths, axis.direction)
-    return PlateMotion(plates, centres, np.abs(areas), axis.origin)
+    return PlateMotion(plates, centres, np.abs(areas), axis.origin, surface.copies)
 
 
 def constraint_map(
@@ -116,6 +116,6 @@ def constraint_map(
     fixed, given = fixed.astype(np.int32), np.concatenate(values)[first]
     nodes = tuple(edge_nodes(V, surface, name) for name in rings)
     if tied is not None:
-        whole = SymmetricMotion(motion) if motion is not None else None
+        whole = SymmetricMotion(motion, tied) if motion is not None else None
         return ConstraintMap(V, X, whole, nodes, fixed, given, ties(V, X, surface, tied))
     return ConstraintMap(V, X, guide or motion, nodes, fixed, given)

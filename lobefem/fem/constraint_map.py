@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem.fem.prescribed_motion import Guide, PushedNodes
-from lobefem.fem.rigid_plates import PlateMotion, rotation
+from lobefem.fem.rigid_plates import rotation
 from lobefem.typing import Array
 
 from mpi4py import MPI

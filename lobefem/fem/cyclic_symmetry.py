@@ -16,12 +16,12 @@ from lobefem.errors import InputError
 from lobefem.fem.constraint_map import Ties
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.geometry.axis import Axis
-from lobefem.typing import Array
+from lobefem.typing import Array, ComplexArray
 
 from dolfinx import fem
 from dolfinx.mesh import exterior_facet_indices
 
-__all__ = ["SymmetricMotion", "about_axis", "ties"]
+__all__ = ["SymmetricMotion", "about_axis", "plate_basis", "ties"]
 
 _SAME = 1e-8  # of the span, between a node and the image of its partner
 
@@ -63,6 +63,27 @@ def ties(V: Any, X: Array, surface: Any, axis: Axis) -> Ties:
     return Ties(edge[partner[near]], edge[near], rotation)
 
 
+def plate_basis(motion: PlateMotion | None, axis: Axis, harmonic: int) -> ComplexArray:
+    """Plate parameters (rows) that move in a harmonic (columns).
+
+    With n = 0 those along the axis, with n = 1 the pairs across it as x + i y, which is what turns with
+    e^{i theta}.
+    """
+    names = motion.names if motion is not None else ()
+    columns: list[ComplexArray] = []
+    x, y, z = axis.basis
+    for k, name in enumerate(names):
+        column = np.zeros(len(names), dtype=complex)
+        if name.endswith("_x") and harmonic <= 1:  # the first of a vector's three components
+            column[k : k + 3] = z if harmonic == 0 else x + 1j * y
+        elif name.endswith("_1") and harmonic == 1:  # the first of a tilt's two
+            column[k : k + 2] = motion.across @ (x + 1j * y)  # type: ignore[union-attr]
+        else:
+            continue
+        columns.append(column)
+    return np.array(columns, dtype=complex).reshape(len(columns), len(names)).T
+
+
 class SymmetricMotion:
     """The motion of plates in harmonic 0: along the axis and about it.
 
@@ -70,25 +91,23 @@ class SymmetricMotion:
 
     Args:
         motion: with all its parameters.
+        axis: of the surface.
     """
 
-    def __init__(self, motion: PlateMotion) -> None:
+    def __init__(self, motion: PlateMotion, axis: Axis) -> None:
         self._motion = motion
-        self._kept = np.array([k for k, name in enumerate(motion.names) if name.endswith("_z")], dtype=int)
-        self.names = tuple(motion.names[k] for k in self._kept)
-        self.size = len(self.names)
+        self._basis = plate_basis(motion, axis, 0).real
+        self.size = self._basis.shape[1]
         self.pushed = None
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._motion, name)
 
     def evaluate(self, y: Array) -> tuple[Array, Array, Array]:
-        """w (12,), dw/dy (12, size) and d2w/dy2 (12, size, size) at y (size,)."""
-        full = np.zeros(self._motion.size)
-        full[self._kept] = y
-        w, dw, d2w = self._motion.evaluate(full)
-        return w, dw[:, self._kept], d2w[np.ix_(range(12), self._kept, self._kept)]
+        """The plates' w (12,), dw/dy (12, size) and d2w/dy2 (12, size, size) at y (size,)."""
+        w, dw, d2w = self._motion.evaluate(self._basis @ y)
+        return w, dw @ self._basis, np.einsum("wkl,ka,lb->wab", d2w, self._basis, self._basis)
 
     def coordinates(self, w: Array) -> Array:
         """The y of a motion w (12,)."""
-        return self._motion.coordinates(w)[self._kept]
+        return self._basis.T @ self._motion.coordinates(w)

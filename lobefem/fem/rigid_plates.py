@@ -112,6 +112,7 @@ class PlateMotion:
         centres: bottom and top plate centres (2, 3) [m].
         areas: plate areas (2,) [m^2], as enclosed by the meshed rims.
         origin: about which volumes are counted (3,) [m].
+        copies: number of sectors of which these are the plates' shares of one.
 
     Attributes:
         size: number of free parameters y.
@@ -120,8 +121,15 @@ class PlateMotion:
         across: two unit vectors across it (2, 3), right-handed with its direction.
     """
 
-    def __init__(self, plates: EndPlates, centres: Array, areas: Array, origin: npt.ArrayLike = 0.0) -> None:
-        self.plates = plates
+    def __init__(
+        self,
+        plates: EndPlates,
+        centres: Array,
+        areas: Array,
+        origin: npt.ArrayLike = 0.0,
+        copies: int = 1,
+    ) -> None:
+        self.plates, self.copies = plates, copies
         self.centres = np.asarray(centres, dtype=float)
         self._arms = self.centres - origin
         span = self.centres[1] - self.centres[0]
@@ -252,7 +260,7 @@ class PlateMotion:
             R, dR, d2R = rotation(w[t])
             area = float(np.linalg.norm(self.area_vectors[k]))
             n = self.area_vectors[k] / area
-            inertia = area**2 / (4 * math.pi)
+            inertia = self.copies * area**2 / (4 * math.pi)  # of this sector's share
             z0 = float(self._arms[k] @ e) - level
             z = z0 + float(w[d] @ e)
             n0, nz = float(n @ e), float(e @ R @ n)

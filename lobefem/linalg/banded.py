@@ -19,7 +19,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 from lobefem.errors import EigenError
 from lobefem.typing import Array, ComplexArray
 
-__all__ = ["HERMITIAN", "Band", "asymmetry", "constrained", "lowest", "most_negative"]
+__all__ = ["HERMITIAN", "Band", "as_scipy", "asymmetry", "constrained", "lowest", "most_negative"]
 
 HERMITIAN = 1e-12  # relative asymmetry below which a matrix counts as Hermitian
 
@@ -60,6 +60,14 @@ class Band:
             return x
 
         return solve
+
+
+def as_scipy(matrix: Any) -> Any:
+    """A PETSc matrix of this rank alone as a SciPy matrix, a SciPy one as it is."""
+    if sp.issparse(matrix):
+        return matrix
+    pointers, columns, values = matrix.getValuesCSR()
+    return sp.csr_matrix((values, columns, pointers), shape=matrix.getSize())
 
 
 def asymmetry(matrix: Any) -> float:

@@ -17,6 +17,7 @@ from importlib.util import find_spec
 from inspect import signature
 from pathlib import Path
 from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -91,6 +92,7 @@ try:
         warnings.filterwarnings("ignore", "Could not import numba", ImportWarning)
         import dolfinx
     import cffi
+
     import dolfinx.fem
     import dolfinx.jit
     import ffcx.codegeneration.jit

@@ -26,11 +26,13 @@ import scipy.sparse as sp
 from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
+from lobefem.fem.cyclic_symmetry import plate_basis
 from lobefem.fem.cylindrical import cylindrical
 from lobefem.fem.functionals import displacement_of
 from lobefem.frozen import Frozen
 from lobefem.geometry.manifold import CORNERS
 from lobefem.geometry.stacks import sector_of
+from lobefem.linalg.banded import as_scipy
 from lobefem.linalg.dolfinx_compat import geometry_dofmap
 from lobefem.model.end_plates import PlateLoad
 from lobefem.model.self_contact import SelfContact
@@ -39,7 +41,7 @@ from lobefem.typing import Array, ComplexArray, Integers
 
 from mpi4py import MPI
 
-__all__ = ["Sector", "as_scipy", "own_pairs", "sector_balloon"]
+__all__ = ["Sector", "own_pairs", "sector_balloon"]
 
 _ALIKE = "a single harmonic needs all sectors held alike; leave harmonics out, or hold whole rings of nodes"
 
@@ -300,20 +302,7 @@ class Sector:
         With n = 0 those along the axis, with n = 1 the pairs across it as x + i y, which is what turns
         with e^{i theta}.
         """
-        motion = self.balloon.motion
-        names = motion.names if motion is not None else ()
-        columns: list[ComplexArray] = []
-        x, y, z = self.balloon.axis.basis
-        for k, name in enumerate(names):
-            column = np.zeros(len(names), dtype=complex)
-            if name.endswith("_x") and harmonic <= 1:  # the first of a vector's three components
-                column[k : k + 3] = z if harmonic == 0 else x + 1j * y
-            elif name.endswith("_1") and harmonic == 1:  # the first of a tilt's two
-                column[k : k + 2] = motion.across @ (x + 1j * y)  # type: ignore[union-attr]
-            else:
-                continue
-            columns.append(column)
-        return np.array(columns, dtype=complex).reshape(len(columns), len(names)).T
+        return plate_basis(self.balloon.motion, self.balloon.axis, harmonic)
 
     def _places(self, balloon: Balloon) -> _Places:
         """Of the free nodes that this rank owns. Collective."""
@@ -415,11 +404,3 @@ def own_pairs(
         if len(own) == count or wanted >= size:
             return (values[own], vectors[:, own], *(None if v is None else v[:, own] for v in rest))
         wanted *= 4
-
-
-def as_scipy(matrix: Any) -> Any:
-    """A PETSc matrix of this rank alone as a SciPy matrix, a SciPy one as it is."""
-    if sp.issparse(matrix):
-        return matrix
-    pointers, columns, values = matrix.getValuesCSR()
-    return sp.csr_matrix((values, columns, pointers), shape=matrix.getSize())

@@ -21,10 +21,10 @@ from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.files import on_all
 from lobefem.frozen import Frozen
-from lobefem.linalg.banded import HERMITIAN, Band, asymmetry, lowest, most_negative
+from lobefem.linalg.banded import HERMITIAN, Band, as_scipy, asymmetry, lowest, most_negative
 from lobefem.model.film import require_one_tangent
 from lobefem.progress import said
-from lobefem.stability.cyclic import Sector, as_scipy, own_pairs
+from lobefem.stability.cyclic import Sector, own_pairs
 from lobefem.stability.fourier import kind_of
 from lobefem.typing import ComplexArray
 

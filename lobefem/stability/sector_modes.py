@@ -12,8 +12,8 @@ import scipy.sparse as sp
 from lobefem.equilibrium.newton import revealing_pressure
 from lobefem.files import on_all
 from lobefem.frozen import Frozen
-from lobefem.linalg.banded import HERMITIAN, asymmetry, lowest
-from lobefem.stability.cyclic import Sector, as_scipy, own_pairs
+from lobefem.linalg.banded import HERMITIAN, as_scipy, asymmetry, lowest
+from lobefem.stability.cyclic import Sector, own_pairs
 from lobefem.typing import ComplexArray
 
 __all__ = ["SectorMode", "mass_matrix", "modes_of_harmonics"]
