@@ -41,6 +41,8 @@ class Strand:
         layer: how many other cords lie on the same edges before this one.
         EA: axial stiffness [N], 0 on edges without such a cord.
         built_in: strain built into the cord per Pa of prestress.
+        rest: strain of the drawn edge over the cord at rest, None where no cord differs from its edge.
+        bears: 1 for a cord that bears compression, 0 for one that does not; None where all do.
     """
 
     measure: Any
@@ -48,6 +50,22 @@ class Strand:
     layer: int
     EA: Any
     built_in: Any
+    rest: Any = None
+    bears: Any = None
+
+    def strain(self, edge: Any) -> Any:
+        """Strain of the cord of that of its edge."""
+        return edge if self.rest is None else edge + self.rest
+
+    def force(self, strain: Any) -> Any:
+        """EA e, the second Piola-Kirchhoff tension [N]."""
+        if self.bears is None:
+            return self.EA * strain
+        return self.EA * ufl.conditional(ufl.gt(strain, 0), strain, self.bears * strain)
+
+    def energy(self, strain: Any) -> Any:
+        """EA/2 e^2 per drawn length [J/m]."""
+        return self.force(strain) * strain / 2
 
 
 class Cordage:
@@ -95,15 +113,20 @@ class Cordage:
         self._places = [np.nonzero(np.isin(edges, some)) for some in facets]
         size = (max(self._layers) + 1) * len(self._normals)
         self._V = fem.functionspace(mesh, ("DG", 0, (size,)))
-        EA, built_in = fem.Function(self._V), fem.Function(self._V)
+        EA, built_in, rest, bears = (fem.Function(self._V) for _ in range(4))
         for k, (cord, _) in enumerate(laid):
-            EA.x.array[self._at(k)] = cord.EA
+            EA.x.array[self._at(k)] = cord.reduced_stiffness
+            rest.x.array[self._at(k)] = cord.reduced_strain
+            bears.x.array[self._at(k)] = not cord.tension_only
             if prestressed:
                 built_in.x.array[self._at(k)] = _tension(cord, surface) / cord.EA
+        used = [EA, built_in]
+        used.append(rest if any(cord.foreshortening for cord in cords) else None)
+        used.append(bears if any(cord.tension_only for cord in cords) else None)
         strands = []
         for kind, layer in sorted(set(zip(kinds, self._layers, strict=True))):
             side = "+" if kind == _INNER else None
-            numbers = (self._pick(f, side, layer) for f in (EA, built_in))
+            numbers = (None if f is None else self._pick(f, side, layer) for f in used)
             strands.append(Strand(measures[kind], side, layer, *numbers))
         self.strands = tuple(strands)
 

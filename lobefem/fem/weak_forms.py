@@ -14,7 +14,6 @@ from lobefem.errors import InputError
 from lobefem.fem.cable_forms import Cordage
 from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.assembly import together
-from lobefem.model.cables import Cords
 from lobefem.model.cutting_pattern import Drawn, Pattern
 from lobefem.model.film import Film
 from lobefem.model.gas_pressure import film_moment_change, film_volume_change, pressure_work
@@ -92,15 +91,21 @@ class WeakForms:
         self.cordage = Cordage(surface, balloon.cords, balloon.prestressed)
         self._strains: list[Any] = []
         for strand in self.cordage.strands:
-            e = edge_strain(u, mesh, strand.side)
+            e = strand.strain(edge_strain(u, mesh, strand.side))
             if balloon.prestressed:
                 e = e + balloon.prestress * strand.built_in
-            cords.append(Cords.energy(e, strand.EA) * strand.measure)
+            cords.append(strand.energy(e) * strand.measure)
             bend = _even(lambda d: edge_strain(d, mesh, strand.side), self.increment)  # noqa: B023
-            predicted += strand.EA * (e - bend) * ufl.derivative(e, u, v) * strand.measure
+            predicted += strand.force(e - bend) * ufl.derivative(e, u, v) * strand.measure
             self._strains.append(e)
         weight, up = balloon.weight, ufl.dot(u, axis)
         self._weight = [] if not weight.film else [number(weight.film) * area * up * dx]
+        if weight.cables:
+            for strand in self.cordage.strands:  # of the length at rest
+                laid = ufl.conditional(ufl.gt(strand.EA, 0), 1.0, 0.0)
+                length = laid if strand.rest is None else laid * ufl.sqrt(1 - 2 * strand.rest)
+                raised = up(strand.side) if strand.side else up
+                self._weight.append(number(weight.cables) * length * raised * strand.measure)
         self._volume = film_volume_change(u, X, self.frame) * dx
         if self.has_energy:
             self._elastic = sum(cords, area * film.energy(strain, number) * dx)
@@ -209,7 +214,7 @@ class WeakForms:
         # second Piola tension times stretch: the force in the deformed cord
         return self.cordage.compile(
             [
-                strand.EA * e * ufl.sqrt(1 + 2 * edge_strain(self.u, self.mesh, strand.side))
+                strand.force(e) * ufl.sqrt(1 + 2 * edge_strain(self.u, self.mesh, strand.side))
                 for strand, e in zip(self.cordage.strands, self._strains, strict=True)
             ]
         )

@@ -46,6 +46,7 @@ class Surface(Frozen, OnMesh, Glanceable):
         grading: of a structured mesh, see `lobed_cylinder`.
         origin: a point on the axis, shape (3,) [m]. None for the centre of the bottom rim, or, without
             one, the origin.
+        recipe: from which the mesh was made, for another one of the same shape; None of a mesh of one's own.
 
     Raises:
         InputError: fields of the wrong kind, or that do not go together.
@@ -63,6 +64,7 @@ class Surface(Frozen, OnMesh, Glanceable):
     copies: int = 1
     grading: float = 0.0
     origin: Array | None = None
+    recipe: Any = None
 
     def __post_init__(self) -> None:
         for name, value in surface_checks.checked_fields(self).items():

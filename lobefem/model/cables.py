@@ -12,7 +12,7 @@ from typing import Any
 from lobefem import checks
 from lobefem.errors import InputError
 
-__all__ = ["Cords", "Hoops"]
+__all__ = ["Cords", "Hoops", "Tendons"]
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,8 @@ class Cords:
         on: names of edge groups; a name that ends with * stands for all groups that begin so.
         tension_per_pressure: tension [N] built into the cord per Pa of prestress, None for the
             lobe's own seam tension (R0^2 cos(phi) for isotensoids).
+        foreshortening: share by which the cord at rest is shorter than its edge as drawn.
+        tension_only: True for a cord that goes slack without resistance.
 
     Raises:
         InputError: EA is not a positive number, the tension no number, or `on` no names.
@@ -32,11 +34,17 @@ class Cords:
     EA: float = 2.15e9
     on: tuple[str, ...] = ("seam_*",)
     tension_per_pressure: float | None = None
+    foreshortening: float = 0.0
+    tension_only: bool = False
 
     def __post_init__(self) -> None:
         checks.positive("cord EA", self.EA, "N")
         if self.tension_per_pressure is not None:
             checks.finite("a cord's tension_per_pressure", self.tension_per_pressure, "N/Pa")
+        if not -0.5 < checks.finite("a cord's foreshortening", self.foreshortening, "") < 0.5:
+            raise InputError(
+                f"a cord's foreshortening is {self.foreshortening}; give a share of its length, as 0.02 for 2 %"
+            )
         if not isinstance(self.on, (tuple, list)) or not all(isinstance(name, str) for name in self.on):
             raise InputError(f"a cord is on {self.on!r}; give names of edge groups, as ('seam_*',)")
 
@@ -61,11 +69,33 @@ class Cords:
             chosen += [name for name in found if name not in chosen]
         return tuple(chosen)
 
-    @staticmethod
-    def energy(strain: Any, EA: Any) -> Any:
-        """EA/2 e^2 per reference length [J/m], prestrain included in `strain`."""
-        return EA / 2 * strain**2
+    @property
+    def reduced_stiffness(self) -> float:
+        """EA/(1 - f)^3 [N], by which the energy per drawn length is that of strain over the length at rest."""
+        return self.EA / (1 - self.foreshortening) ** 3
+
+    @property
+    def reduced_strain(self) -> float:
+        """Strain (1 - (1 - f)^2)/2 of the drawn edge, to add to that of its displacement."""
+        return (1 - (1 - self.foreshortening) ** 2) / 2
 
 
 class Hoops(Cords):
     """Stiff hoops on all the seams between lobes (paper fig. 4)."""
+
+
+@dataclass(frozen=True)
+class Tendons(Cords):
+    """Tendons between the gores of a pumpkin balloon, which carry tension only.
+
+    Of one gore the tendon on its first cut counts, for the other one is the next gore's.
+    """
+
+    EA: float = 1e5
+    on: tuple[str, ...] = ("tendon_*",)
+    tension_only: bool = True
+
+    def groups(self, surface: Any) -> tuple[str, ...]:
+        """Names of the surface's edge groups that carry this cord: see `Cords.groups`."""
+        found = super().groups(surface)
+        return found if surface.copies == 1 else found[:1]
