@@ -33,7 +33,7 @@ def run(part: str, divisions: tuple[int, int], lobes: int) -> dict[str, float]:
     from lobefem.model.end_plates import EndPlates
     from lobefem.model.fixed_wrinkles import FixedWrinkles
     from lobefem.model.gas_pressure import GasPressure
-    from lobefem.stability.harmonic_buckling import harmonic_chart
+    from lobefem.stability.harmonic_buckling import harmonic_pressures
     from lobefem.stability.modes import find_modes
     from lobefem.stability.tracing import branches
 
@@ -44,7 +44,7 @@ def run(part: str, divisions: tuple[int, int], lobes: int) -> dict[str, float]:
 
     sector = not part.startswith("full")
     if sector:  # compile or load the forms before the clock starts
-        harmonic_chart(balloon((4, 8), True), [2])
+        harmonic_pressures(balloon((4, 8), True), [2])
     else:
         find_modes(ideal_state(balloon((4, 8), False), 1000.0), 2)
     base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -52,9 +52,9 @@ def run(part: str, divisions: tuple[int, int], lobes: int) -> dict[str, float]:
     made = balloon(divisions, sector)
     meshed = time.perf_counter()
     if part == "chart":
-        harmonic_chart(made)
+        harmonic_pressures(made)
     elif part == "one":
-        harmonic_chart(made, [7])
+        harmonic_pressures(made, [7])
     elif part == "modes-by-harmonics":
         branches(made, [1000.0], count=10)
     else:

@@ -114,7 +114,7 @@ def work(divisions: tuple[int, int], load: str, solvers: bool) -> dict[str, Any]
     }
     record["steps"], steps = steps, {}
 
-    q = state.activate()
+    q = state.restore()
     out = q.duplicate()
     pressures = iter((1.02 * PRESSURE, 1.03 * PRESSURE, 1.01 * PRESSURE))
 

@@ -66,7 +66,7 @@ def run(divisions: tuple[int, int], lifts: Sequence[float], out: Path) -> list[d
 
     def record(state: Equilibrium, lift: float) -> None:
         contact = state.balloon.contact
-        state.activate()
+        state.restore()
         report = contact.measure(state.balloon.u)  # type: ignore[union-attr]
         rows.append(
             {
@@ -113,18 +113,20 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
 def draw(state: Equilibrium, path: Path) -> None:
     """The film coloured by the size of the contact forces, if anything can be drawn here. Collective."""
     balloon = state.balloon
-    state.activate()
+    state.restore()
     force = np.zeros_like(state.displacement)
     gradient = balloon.contact.gradient(balloon.u).reshape(-1, 3)  # type: ignore[union-attr]
     force[: len(gradient)] = gradient
-    skin = gather(balloon, state.displacement, force)
-    if skin is None or not can_render():
+    film_mesh = gather(balloon, state.displacement, force)
+    if film_mesh is None or not can_render():
         return
     import pyvista
 
-    displacement, force = skin.fields
-    faces = np.column_stack([np.full(len(skin.faces), skin.faces.shape[1]), skin.faces]).ravel()
-    film = pyvista.PolyData(skin.x + displacement, faces)
+    displacement, force = film_mesh.fields
+    faces = np.column_stack(
+        [np.full(len(film_mesh.faces), film_mesh.faces.shape[1]), film_mesh.faces]
+    ).ravel()
+    film = pyvista.PolyData(film_mesh.x + displacement, faces)
     film["contact force [N]"] = np.linalg.norm(force, axis=1)
     plotter = pyvista.Plotter(off_screen=True, window_size=[900, 700])
     plotter.set_background("white")
@@ -140,7 +142,7 @@ def draw(state: Equilibrium, path: Path) -> None:
     plotter.camera.position = (centre[0] + 40, centre[1], centre[2] + 6)
     plotter.camera.up = (0, 0, 1)
     plotter.camera.parallel_projection = True
-    plotter.camera.parallel_scale = 0.68 * skin.height
+    plotter.camera.parallel_scale = 0.68 * film_mesh.height
     plotter.screenshot(str(path))
     plotter.close()
 

@@ -30,10 +30,10 @@ from lobefem import (
     EndPlates,
     FixedWrinkles,
     Form,
-    FormedLobe,
     GasPressure,
     Hoops,
     Isotensoid,
+    NaturalShape,
     critical_pressure,
     cylinder,
     find_form,
@@ -82,7 +82,7 @@ def analyse(form: Form, divisions: tuple[int, int]) -> Analysed:
     return Analysed((s[1:] + s[:-1]) / 2, row_means(state)[0, :, 0], state.max_displacement)
 
 
-def summary(form: Form, exact: FormedLobe, analysed: Analysed) -> dict[str, Any]:
+def summary(form: Form, exact: NaturalShape, analysed: Analysed) -> dict[str, Any]:
     """One form beside the closed form, in SI."""
     s = exact.stations(len(form.rings) - 1)
     off = np.hypot(form.rings[:, 0] - exact.radius(s), form.rings[:, 1] - exact.z(s)).max()
@@ -144,7 +144,7 @@ def run(
     design = Isotensoid.from_edge_radius()
     flat = cylinder(design.edge_radius, design.height, divisions, comm=comm)
     forms = {p: find_form(flat, p) for p in sorted({*SHOWN, *between})}
-    exact = {p: FormedLobe.inflated(design.edge_radius, design.height, f.Et, p) for p, f in forms.items()}
+    exact = {p: NaturalShape.inflated(design.edge_radius, design.height, f.Et, p) for p, f in forms.items()}
     analysed = {p: analyse(forms[p], divisions) for p in SHOWN}
     last = forms[SHOWN[-1]]
     numbers: dict[str, Any] = {
@@ -277,7 +277,7 @@ def _figure(width: float, height: float) -> Figure:
 
 
 def _draw_shapes(
-    forms: dict[float, Form], exact: dict[float, FormedLobe], analysed: dict[float, Analysed]
+    forms: dict[float, Form], exact: dict[float, NaturalShape], analysed: dict[float, Analysed]
 ) -> Figure:
     """Meridians on the way (fig. 8) and the three lobes seen from the side, coloured by stress (fig. 9)."""
     with rc_context(_STYLE):

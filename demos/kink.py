@@ -3,7 +3,8 @@
 One lobe of the paper's design, rims held, geometry held at the ideal shape. There the tension field has
 two tangents; a hoop slack s > 0 makes it wrinkled, with one. Writes the critical pressure of each harmonic
 n for s = 0 (both tangents, and their mean) and for some slacks as a chart and a table, the lowest
-eigenvalues of the tangents, and a mesh study over all harmonics. See `lobefem.stability.one_sided` for what bounds what.
+eigenvalues of the tangents, and a mesh study over all harmonics. See `lobefem.stability.one_sided` for what
+bounds what.
 
     python demos/kink.py --out out/kink
 """

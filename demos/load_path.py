@@ -66,7 +66,7 @@ def along_the_meridian(state: Equilibrium) -> dict[str, list[float]]:
     balloon, surface = state.balloon, state.balloon.surface
     shape, rings = surface.shape, surface.divisions[0]
     owned = balloon.mesh.topology.index_map(2).size_local
-    state.activate()
+    state.restore()
     N = true_resultants(balloon).x.array.reshape(-1, 3)[:owned]
     x = balloon.V.tabulate_dof_coordinates()[balloon.V.dofmap.list[:owned]].mean(axis=1)
     x, N = (np.concatenate(balloon.comm.allgather(part)) for part in (x, N))

@@ -271,7 +271,7 @@ def tumbled(rest: Equilibrium, seed: int, size: float) -> Moment:
     while True:
         q = rest.vector()
         q.array[: len(change)] += size * change
-        balloon.place(q)
+        balloon.set_unknowns(q)
         if balloon.contact is None or not balloon.contact.intersects(balloon.u):
             return Moment(balloon, rest.pressure, rest.prestress, q.array_r.copy())
         size *= 0.8

@@ -1,6 +1,6 @@
 """lobefem: is a lobed balloon stable?
 
-Tension-only film, follower gas pressure, rigid plates and cords on a Gmsh surface, equilibrium by
+Tension-only film, follower gas pressure, rigid plates and cables on a Gmsh surface, equilibrium by
 PETSc SNES and buckling modes by SLEPc, on DOLFINx. Names are imported when they are first used, so
 that `import lobefem` costs nothing.
 """
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.state import Equilibrium, ideal_state
     from lobefem.fem.balloon import Balloon
     from lobefem.geometry.isotensoid import Isotensoid
-    from lobefem.geometry.natural_shape import FormedLobe, isotensoid_stiffness
+    from lobefem.geometry.natural_shape import NaturalShape, isotensoid_stiffness
     from lobefem.geometry.stacks import cylinder, lobed_cylinder
     from lobefem.geometry.surface import Surface
     from lobefem.io.design import Design
-    from lobefem.model.cables import Cords, Hoops
+    from lobefem.model.cables import Cables, Hoops
     from lobefem.model.end_plates import EndPlates, PlateLoad
     from lobefem.model.film import Isotropic
     from lobefem.model.fixed_wrinkles import FixedWrinkles
     from lobefem.model.gas_pressure import GasPressure
     from lobefem.model.imp import IMP, PrescribedPath
-    from lobefem.model.supports import Held
+    from lobefem.model.supports import Fixed
     from lobefem.model.tension_field import TensionField
-    from lobefem.stability.harmonic_buckling import HarmonicChart, harmonic_chart
+    from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
     from lobefem.stability.modes import Modes, find_modes
     from lobefem.stability.nonlinear_buckling import CriticalPoint, critical_point
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Balloon": "fem.balloon",
-    "Cords": "model.cables",
+    "Cables": "model.cables",
     "CriticalPoint": "stability.nonlinear_buckling",
     "CriticalPressure": "stability.linear_buckling",
     "Design": "io.design",
@@ -48,10 +48,10 @@ _HOME = {
     "Equilibrium": "equilibrium.state",
     "FixedWrinkles": "model.fixed_wrinkles",
     "Form": "equilibrium.form_finding",
-    "FormedLobe": "geometry.natural_shape",
+    "NaturalShape": "geometry.natural_shape",
     "GasPressure": "model.gas_pressure",
-    "HarmonicChart": "stability.harmonic_buckling",
-    "Held": "model.supports",
+    "HarmonicPressures": "stability.harmonic_buckling",
+    "Fixed": "model.supports",
     "Hoops": "model.cables",
     "IMP": "model.imp",
     "Isotensoid": "geometry.isotensoid",
@@ -69,7 +69,7 @@ _HOME = {
     "cylinder": "geometry.stacks",
     "find_form": "equilibrium.form_finding",
     "find_modes": "stability.modes",
-    "harmonic_chart": "stability.harmonic_buckling",
+    "harmonic_pressures": "stability.harmonic_buckling",
     "ideal_state": "equilibrium.state",
     "inflate": "equilibrium.inflation",
     "isotensoid_stiffness": "geometry.natural_shape",

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from html import escape
 from typing import Any
 
-__all__ = ["Glance", "Glanceable", "number"]
+__all__ = ["Summarized", "Summary", "number"]
 
 _ROWS = 5  # in one line
 
 
 @dataclass(frozen=True)
-class Glance:
+class Summary:
     """Title and rows of an object's summary.
 
     Attributes:
@@ -28,21 +28,24 @@ class Glance:
     head: tuple[str, ...] = ()
 
 
-class Glanceable(ABC):
-    """Base class of results with a summary as their repr; no communication, so that one rank alone may print it."""
+class Summarized(ABC):
+    """Base class of results with a summary as their repr.
+
+    It needs no communication, so that one rank alone may print it.
+    """
 
     @abstractmethod
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         """The summary."""
 
     def __repr__(self) -> str:
-        told = self._glance()
+        told = self._summary()
         rows = [" ".join(cell for cell in row if cell) for row in told.rows]
         more = ["..."] if len(rows) > _ROWS else []
         return f"{type(self).__name__}({'; '.join([told.title, *rows[:_ROWS], *more])})"
 
     def _repr_html_(self) -> str:
-        told = self._glance()
+        told = self._summary()
         lines = [f"<table><caption><b>{type(self).__name__}</b>: {escape(told.title)}</caption>"]
         if told.head:
             lines.append(_row("th", told.head))

@@ -37,12 +37,13 @@ def _read_only(value: Any) -> Any:
 
 
 class OnMesh:
-    """Base of objects on a mesh, and with it on all ranks: a copy shares the mesh, and none can be pickled."""
+    """Base of objects on a mesh, and with it on all ranks: copies share the mesh, none can be pickled."""
 
     def __reduce_ex__(self, protocol: Any) -> Any:
         raise InputError(
             f"a {type(self).__name__} cannot be pickled or deep-copied, nor what holds one: its mesh lies on "
-            "all ranks; build it anew, and keep a state by save_state, modes by save_modes of lobefem.io.checkpoints"
+            "all ranks; build it anew, and keep a state by save_state, modes by save_modes of "
+            "lobefem.io.checkpoints"
         )
 
     def __copy__(self) -> Any:

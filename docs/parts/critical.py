@@ -11,11 +11,11 @@ from lobefem import (
     Balloon,
     EndPlates,
     FixedWrinkles,
-    FormedLobe,
     GasPressure,
     Hoops,
     Isotensoid,
     Isotropic,
+    NaturalShape,
     TensionField,
     critical_point,
     critical_pressure,
@@ -157,7 +157,7 @@ def formed_lobes(quick: bool) -> str:
     rows = []
     for p in (0.75, 10.0, 37.5):
         forms = [find_form(cylinder(2.0, length, divisions), p) for divisions in meshes]
-        exact = FormedLobe.inflated(2.0, length, forms[0].Et, p)
+        exact = NaturalShape.inflated(2.0, length, forms[0].Et, p)
         rows.append((f"{p:g} Pa, closed form", exact.R0, "", exact.arc_length, exact.m, "", ""))
         h = [1 / around for _, around in meshes]
         rates = orders(h, [abs(form.shape.R0 / exact.R0 - 1) for form in forms])

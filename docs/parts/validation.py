@@ -21,7 +21,7 @@ from lobefem import (
     PrescribedPath,
     TensionField,
     find_modes,
-    harmonic_chart,
+    harmonic_pressures,
     ideal_state,
     inflate,
     lobed_cylinder,
@@ -208,7 +208,7 @@ def fourier(quick: bool) -> str:
             surface = lobed_cylinder(1, divisions, cell=cell, order=order, sector=True)
             parts = [GasPressure("film"), EndPlates("fixed")]
             balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
-            found.append([harmonic_chart(balloon, [n]).pressure for n in low])
+            found.append([harmonic_pressures(balloon, [n]).pressure for n in low])
         h = [1 / around for _, around in meshes]
         errors = np.abs(np.array(found) / [exact[n] for n in low] - 1)
         rates = [orders(h, column) for column in errors.T]

@@ -14,7 +14,7 @@ from lobefem.io.design import Design
 from lobefem.io.run_folder import RunFolder
 from lobefem.io.xdmf import Snapshot
 from lobefem.progress import Progress, plain
-from lobefem.stability.harmonic_buckling import HarmonicChart, Row, harmonic_chart
+from lobefem.stability.harmonic_buckling import HarmonicPressures, Row, harmonic_pressures
 from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
 from lobefem.stability.mesh_convergence import DIVISIONS, MeshStudy
 from lobefem.stability.mesh_convergence import mesh_study as study_meshes
@@ -208,7 +208,7 @@ def harmonics(
         results["warnings"].append(_HIGH_HARMONICS)
     outcome = Outcome(results)
     balloon = design.balloon(design.surface(comm, sector=True), prestressed=True)
-    upper: HarmonicChart | None = None
+    upper: HarmonicPressures | None = None
     known = [_kept_rows(folder, side) for side in range(3)]
 
     def keep(side: int, rows: dict[int, Row]) -> None:
@@ -223,7 +223,7 @@ def harmonics(
                 balloon, harmonics, comm=comm, known=known, keep=keep, progress=progress
             )
         else:
-            chart = harmonic_chart(
+            chart = harmonic_pressures(
                 balloon, harmonics, comm=comm, known=known[0], keep=partial(keep, 0), progress=progress
             )
     except SolveError as error:
@@ -262,10 +262,10 @@ def _kept_rows(folder: RunFolder | None, side: int) -> dict[int, Row]:
     return {int(n): _row_of(*row) for n, row in (kept or {}).items()}
 
 
-def _kept_chart(data: dict[str, Any]) -> HarmonicChart:
+def _kept_chart(data: dict[str, Any]) -> HarmonicPressures:
     rows = [_row_of(*row) for row in data["rows"]]
     along, around = data["divisions"]
-    return HarmonicChart(
+    return HarmonicPressures(
         harmonics=tuple(data["harmonics"]),
         pressures=tuple(pressure for pressure, _, _ in rows),
         kinds=tuple(kind for _, kind, _ in rows),
@@ -315,7 +315,7 @@ def mesh_study(
     known = [] if folder is None else folder.kept_step("meshes") or []
     charts = [_kept_chart(chart) for chart in known]
 
-    def keep(chart: HarmonicChart) -> None:
+    def keep(chart: HarmonicPressures) -> None:
         rows = zip(chart.pressures, chart.kinds, chart.residuals, strict=True)
         known.append(
             {
@@ -349,7 +349,7 @@ def mesh_study(
     return outcome
 
 
-def _meshes(charts: Iterable[HarmonicChart]) -> list[dict[str, Any]]:
+def _meshes(charts: Iterable[HarmonicPressures]) -> list[dict[str, Any]]:
     return [{"divisions": c.divisions, "critical_pressure": c.pressure, "harmonic": c.lowest} for c in charts]
 
 
@@ -357,10 +357,12 @@ def _number(p: float) -> float | None:
     return p if math.isfinite(p) else None
 
 
-def _chart_figure(chart: HarmonicChart) -> Any:
-    from lobefem.viz.study_figures import harmonic_pressures  # Matplotlib only where something is drawn
+def _chart_figure(chart: HarmonicPressures) -> Any:
+    from lobefem.viz.study_figures import (
+        harmonic_pressures_figure,
+    )  # Matplotlib only where something is drawn
 
-    return harmonic_pressures(chart)
+    return harmonic_pressures_figure(chart)
 
 
 def _study_figure(study: MeshStudy) -> Any:

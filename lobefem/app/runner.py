@@ -96,7 +96,7 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
         with profiling.stage("import"):
             from lobefem import files
             from lobefem.io.provenance import provenance
-            from lobefem.linalg import dolfinx_compat, petsc  # noqa: F401
+            from lobefem.linalg import dolfinx_compat, petsc
 
             # isort: split
             from mpi4py import MPI

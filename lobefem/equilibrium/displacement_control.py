@@ -2,8 +2,8 @@
 
 Newton's method carries the balloon from increment to increment. Where that fails, even for a small one,
 there is no equilibrium near by: some film buckles, and the balloon moves to another equilibrium at the
-same parameter. That motion is computed as a damped one (`lobefem.equilibrium.gradient_flow`), and what it takes of the energy
-is counted.
+same parameter. That motion is computed as a damped one (`lobefem.equilibrium.gradient_flow`), and what it
+takes of the energy is counted.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ import numpy as np
 
 from lobefem import checks
 from lobefem.equilibrium.distortions import Distortion, require_distortion
-from lobefem.equilibrium.gradient_flow import Flow, Ledger, Record, damping_scale
+from lobefem.equilibrium.gradient_flow import GradientFlow, Ledger, Record, damping_scale
 from lobefem.equilibrium.inflation import Progress
 from lobefem.equilibrium.newton import REASONS, Newton, too_far
 from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import mid_hoop_displacement, stiffness_scale
-from lobefem.fem.prescribed_motion import Guide
+from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.linalg import petsc
 from lobefem.log import logger
 from lobefem.progress import said
@@ -102,9 +102,9 @@ class Ramp:
         words: tuple[str, str],
         progress: Callable[[str], None] | None = None,
     ) -> None:
-        assert balloon.guide is not None  # by `constrain`
+        assert balloon.prescribed is not None  # by `constrain`
         self.balloon, self.q = balloon, q
-        self.guide: Guide = balloon.guide
+        self.prescribed: PrescribedMotion = balloon.prescribed
         self.history: list[Increment] = []
         self._kind, self._unit = words
         self._progress, self._done = progress, 0.0  # a share of the way
@@ -123,7 +123,7 @@ class Ramp:
         on_step: OnStep | None,
     ) -> Equilibrium:
         """Go from the guide's present parameter to another, see `distort`. Collective."""
-        begin, state = self.guide.parameter, start
+        begin, state = self.prescribed.parameter, start
         span = end - begin
         # the start itself comes first: the constraint may move it a little
         share, step, target, passed, failed = 0.0, first / steps, 0.0, 0, 0
@@ -139,7 +139,9 @@ class Ramp:
                 if passed > 1:
                     step = min(2 * step, 1 / steps)
                 self._on_branch = self._on_branch + 1 if lost is None else 1
-                self._found = [*self._found[-1:], (self.guide.parameter, self.q.copy())][-self._on_branch :]
+                self._found = [*self._found[-1:], (self.prescribed.parameter, self.q.copy())][
+                    -self._on_branch :
+                ]
                 state = record(self.balloon, self.q, True, REASONS[2], count, ())
                 self.history.append(self._increment(state, lost))
                 if on_step is not None:
@@ -186,7 +188,7 @@ class Ramp:
         return why, count
 
     def _say(self, text: str) -> None:
-        amount, unit = in_degrees(self.guide.parameter, self._unit)
+        amount, unit = in_degrees(self.prescribed.parameter, self._unit)
         line = f"{self._kind} {amount:.5g} {unit}: {text}"
         logger.info(line)
         if self._progress is not None:
@@ -216,7 +218,7 @@ class Ramp:
     def _drift(self) -> Record:
         """Damped motion until it is at rest: its last record."""
         balloon = self.balloon
-        flow = Flow(
+        flow = GradientFlow(
             balloon,
             self.q,
             # no path depends on it, and without gas pressure there is nothing to measure it by
@@ -235,7 +237,7 @@ class Ramp:
 
     def _back(self) -> None:
         """Return to the last equilibrium."""
-        self.guide.parameter, last = self._found[-1]
+        self.prescribed.parameter, last = self._found[-1]
         last.copy(self.q)
 
     def _predict(self, target: float) -> bool:
@@ -246,10 +248,10 @@ class Ramp:
         Returns:
             whether the film can go there: not too far, and without touching itself.
         """
-        balloon, guide, q = self.balloon, self.guide, self.q
-        balloon.place(q)
+        balloon, prescribed, q = self.balloon, self.prescribed, self.q
+        balloon.set_unknowns(q)
         before, last = balloon.u.x.array.copy(), q.copy()
-        change = target - guide.parameter
+        change = target - prescribed.parameter
         if len(self._found) == 2:
             (s0, q0), (s1, _) = self._found
             q.axpy(change / (s1 - s0), q)
@@ -257,21 +259,21 @@ class Ramp:
         elif change:
             rate, now = q.duplicate(), q.duplicate()
             balloon.residual(q, now)
-            guide.parameter += 1e-4 * change
+            prescribed.parameter += 1e-4 * change
             balloon.residual(q, rate)
-            guide.parameter -= 1e-4 * change
+            prescribed.parameter -= 1e-4 * change
             rate.axpy(-1.0, now)
             K, ksp = balloon.tangent(q), self._newton.snes.getKSP()
             ksp.setOperators(K, K)
             ksp.solve(rate, now)
             q.axpy(-1e4, now)
-        guide.parameter = target
+        prescribed.parameter = target
         last.axpy(-1.0, q)
         if too_far(balloon, last):
             return False
         if balloon.contact is None:
             return True
-        balloon.place(q)
+        balloon.set_unknowns(q)
         return balloon.contact.free_share(before, balloon.u) == 1.0
 
     def _is_stable(self) -> bool:
@@ -367,8 +369,8 @@ def distort(
     next is twice as large, up to the first size. Newton's steps are taken in full, with the stress that
     the last one predicted: where wrinkles come and go a line search on the energy crawls from kink to
     kink. Where one of an eighth of the regular size fails, film buckles: there the balloon goes over to
-    another equilibrium by damped motion (`lobefem.equilibrium.gradient_flow`; a film without an energy cannot), and the
-    increment's `damping` says what that took of the energy.
+    another equilibrium by damped motion (`lobefem.equilibrium.gradient_flow`; a film without an energy
+    cannot), and the increment's `damping` says what that took of the energy.
 
     Args:
         start: equilibrium of the free balloon, or of one under the same kind of distortion: from
@@ -415,10 +417,10 @@ def constrain(balloon: Balloon, distortion: Distortion) -> Balloon:
         InputError: it cannot be distorted so, or is under another distortion.
     """
     distortion.check(balloon)
-    if balloon.guide is None:
-        return balloon.under(distortion.guide(balloon))
-    if balloon.guide.kind != distortion.kind:
-        raise InputError(f"the balloon is under a {balloon.guide.kind}; release it before {distortion}")
+    if balloon.prescribed is None:
+        return balloon.with_prescribed(distortion.prescribed(balloon))
+    if balloon.prescribed.kind != distortion.kind:
+        raise InputError(f"the balloon is under a {balloon.prescribed.kind}; release it before {distortion}")
     return balloon
 
 
@@ -426,11 +428,11 @@ def _transfer(state: Any, balloon: Balloon, parameter: float) -> Any:
     """The q of a balloon with the displacement of a state of the same film, under a guide or free of it."""
     old = state.balloon
     for one in (old, balloon):
-        if one.guide is not None:
-            one.guide.parameter = parameter
+        if one.prescribed is not None:
+            one.prescribed.parameter = parameter
     old.set_loads(state.pressure, state.prestress)
-    old.place(state.vector())
-    return balloon.adopt(old)
+    old.set_unknowns(state.vector())
+    return balloon.unknowns_of(old)
 
 
 def release_start(state: Equilibrium) -> Equilibrium:

@@ -12,7 +12,14 @@ import numpy as np
 from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
-from lobefem.fem.prescribed_motion import BendGuide, Guide, PushedNodes, TipGuide, TwistGuide, WaveGuide
+from lobefem.fem.prescribed_motion import (
+    BendMotion,
+    PrescribedMotion,
+    PushedNodes,
+    TipMotion,
+    TwistMotion,
+    WaveMotion,
+)
 from lobefem.fem.rigid_plates import PlateMotion
 
 __all__ = ["Bend", "Distortion", "Tip", "Twist", "Wave", "require_distortion"]
@@ -42,7 +49,7 @@ class Distortion(ABC):
         """In words, such as "bend"."""
 
     @abstractmethod
-    def guide(self, balloon: Balloon) -> Guide:
+    def prescribed(self, balloon: Balloon) -> PrescribedMotion:
         """The prescribed motion, at the parameter 0. Collective."""
 
     def check(self, balloon: Balloon) -> None:
@@ -64,7 +71,8 @@ def require_distortion(distortion: Any) -> None:
 class Tip(Distortion):
     """The top centre is pushed sideways, along x (paper fig. 21a); plate and bar turn freely.
 
-    Here and below x, y, z are a balloon's on the z axis; on another one e1, e2, e3 of `lobefem.fem.prescribed_motion`.
+    Here and below x, y, z are a balloon's on the z axis; on another one e1, e2, e3 of
+    `lobefem.fem.prescribed_motion`.
 
     Args:
         displacement: delta [m]; the reaction is the force along x [N].
@@ -93,9 +101,9 @@ class Tip(Distortion):
                 f"{motion.length:g} m"
             )
 
-    def guide(self, balloon: Balloon) -> Guide:
-        """A `TipGuide`."""
-        return TipGuide(_motion(balloon))
+    def prescribed(self, balloon: Balloon) -> PrescribedMotion:
+        """A `TipMotion`."""
+        return TipMotion(_motion(balloon))
 
 
 @dataclass(frozen=True)
@@ -123,12 +131,12 @@ class Bend(Distortion):
         """The angle [rad]."""
         return math.radians(self.degrees)
 
-    def guide(self, balloon: Balloon) -> Guide:
-        """A `BendGuide` of all seams."""
+    def prescribed(self, balloon: Balloon) -> PrescribedMotion:
+        """A `BendMotion` of all seams."""
         motion, lobes = _motion(balloon), balloon.surface.num_lobes
         heights = motion.length * np.arange(1, lobes) / lobes
         centres = motion.centres[0] + heights[:, None] * motion.direction
-        return BendGuide(motion, tuple(f"seam_{k}" for k in range(1, lobes)), centres)
+        return BendMotion(motion, tuple(f"seam_{k}" for k in range(1, lobes)), centres)
 
 
 @dataclass(frozen=True)
@@ -152,9 +160,9 @@ class Twist(Distortion):
         """The angle [rad]."""
         return math.radians(self.degrees)
 
-    def guide(self, balloon: Balloon) -> Guide:
-        """A `TwistGuide`."""
-        return TwistGuide(_motion(balloon))
+    def prescribed(self, balloon: Balloon) -> PrescribedMotion:
+        """A `TwistMotion`."""
+        return TwistMotion(_motion(balloon))
 
 
 @dataclass(frozen=True)
@@ -204,8 +212,8 @@ class Wave(Distortion):
                 f"{self} is too short for {divisions[1]} divisions around the axis; try {4 * self.n} of them"
             )
 
-    def guide(self, balloon: Balloon) -> Guide:
-        """A `WaveGuide` of the equators' nodes. Collective."""
+    def prescribed(self, balloon: Balloon) -> PrescribedMotion:
+        """A `WaveMotion` of the equators' nodes. Collective."""
         motion, n = _motion(balloon), self.n
         owned = balloon.V.dofmap.index_map.size_local
         angle, height, radius, frames = balloon.axis.cylindrical(balloon.X[:owned])
@@ -216,7 +224,7 @@ class Wave(Distortion):
         radius = radius[nodes]
         shrink = (n**2 - 1) ** 2 / (4 * n**2 * radius) if n else np.zeros_like(radius)
         pushed = PushedNodes(nodes, frames[nodes], np.cos(n * angle[nodes]), -shrink)
-        return WaveGuide(motion, self.kind, pushed)
+        return WaveMotion(motion, self.kind, pushed)
 
 
 def _motion(balloon: Balloon) -> PlateMotion:

@@ -2,7 +2,8 @@
 
 The paper's sec. 5 (figs 8-10): the film's fibres run along the axis, it has no stiffness across them,
 and gas pressure inflates it between two held rims. What it becomes has no hoop stress, so it is a lobe
-of the family `lobefem.geometry.natural_shape`, stackable and meshable at will, with its stress in closed form.
+of the family `lobefem.geometry.natural_shape`, stackable and meshable at will, with its stress in closed
+form.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.frozen import Frozen
 from lobefem.geometry.cylinder import Cylinder
-from lobefem.geometry.natural_shape import FORMING_PRESSURE, FormedLobe, isotensoid_stiffness
+from lobefem.geometry.natural_shape import FORMING_PRESSURE, NaturalShape, isotensoid_stiffness
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.geometry.surface import Surface
 from lobefem.linalg import dolfinx_compat
@@ -52,7 +53,7 @@ class Form(Frozen):
 
     state: Equilibrium = field(repr=False)
     Et: float
-    shape: FormedLobe
+    shape: NaturalShape
     distance: float
     rings: Array = field(repr=False)
     s: Array = field(repr=False)
@@ -125,7 +126,7 @@ def find_form(
     radius, length = cylinder.edge_radius, cylinder.height
     if Et is None:
         Et = isotensoid_stiffness(radius, length)
-    expected = FormedLobe.inflated(radius, length, Et, pressure)  # refuses what cannot be
+    expected = NaturalShape.inflated(radius, length, Et, pressure)  # refuses what cannot be
     film = FixedWrinkles(E=Et / FixedWrinkles.thickness)
     balloon = Balloon(surface, film, [GasPressure("film"), EndPlates(support="fixed")])
     _, height, _, frames = balloon.axis.cylindrical(balloon.X)
@@ -146,7 +147,7 @@ def find_form(
     return Form(state, Et, shape, distance, rings, (s[1:] + s[:-1]) / 2, N[:, 0].copy(), N[:, 1].copy())
 
 
-def _nearest_lobe(state: Equilibrium, steps: int, first: FormedLobe) -> tuple[FormedLobe, float, Array]:
+def _nearest_lobe(state: Equilibrium, steps: int, first: NaturalShape) -> tuple[NaturalShape, float, Array]:
     """The lobe of the family, between the same rims, that lies nearest to the nodes; how near; the rings.
 
     The fibres' stretch is uniform, so the nodes of a ring belong at equal steps of arc length. The sum
@@ -165,12 +166,12 @@ def _nearest_lobe(state: Equilibrium, steps: int, first: FormedLobe) -> tuple[Fo
     sums = balloon.comm.bcast(balloon.comm.allreduce(sums))
     means = sums[:, 1:] / sums[:, :1]
 
-    def points(lobe: FormedLobe) -> Array:
+    def points(lobe: NaturalShape) -> Array:
         s = lobe.stations(steps)
         return np.column_stack([lobe.radius(s), lobe.z(s)])
 
-    def lobe_of(m: float) -> FormedLobe:
-        return FormedLobe.between_rims(balloon.surface.shape.edge_radius, length, m)
+    def lobe_of(m: float) -> NaturalShape:
+        return NaturalShape.between_rims(balloon.surface.shape.edge_radius, length, m)
 
     def misses(m: Array) -> Array:
         return (points(lobe_of(float(m[0]))) - means).ravel()

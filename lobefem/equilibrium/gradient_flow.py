@@ -28,7 +28,7 @@ from lobefem.typing import Array
 
 from petsc4py import PETSc
 
-__all__ = ["Flow", "Ledger", "Record", "damping_scale"]
+__all__ = ["GradientFlow", "Ledger", "Record", "damping_scale"]
 
 PREFIX = "lobefem_release_"
 
@@ -58,7 +58,7 @@ class Ledger:
     took: `closure` is the difference.
 
     Attributes:
-        strain: gain in strain energy of film, cords and bar.
+        strain: gain in strain energy of film, cables and bar.
         contact: gain in contact energy.
         pressure: work of the gas: p times the gain in volume, less the work p A n . dd on the plates'
             centres where the load is `film` (trapezoid over a step).
@@ -102,7 +102,7 @@ class Record:
         relative_residual: the same over the norm of the pressure's nodal forces, or without pressure over
             that of the start's residual.
         volume: enclosed by film and plates [m^3].
-        strain_energy: of film, cords and bar [J].
+        strain_energy: of film, cables and bar [J].
         contact_energy: [J].
         middle: displacement (3,) of the centre of the ring at half the height, a hoop where the number
             of lobes is even [m].
@@ -147,7 +147,7 @@ _REASONS: dict[int, str] = {
 OnStep = Callable[[Record, Array], None]
 
 
-class Flow:
+class GradientFlow:
     """The damped motion of a balloon under its present loads.
 
     Args:

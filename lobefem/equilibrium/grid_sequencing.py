@@ -43,11 +43,11 @@ def coarser_balloon(balloon: Balloon) -> Balloon | None:
     Collective.
     """
     nodes = balloon.V.dofmap.index_map.size_global
-    bound = (balloon.contact, balloon.guide, balloon.given_frame, balloon.load_path)
+    bound = (balloon.contact, balloon.prescribed, balloon.given_frame, balloon.load_path)
     if any(part is not None for part in bound) or nodes <= max(_WORTH, _PER_RANK * balloon.comm.size):
         return None
     surface = coarser(balloon.surface, balloon.axis)
-    return balloon.on(surface) if surface is not None else None
+    return balloon.remeshed(surface) if surface is not None else None
 
 
 def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
@@ -62,7 +62,7 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
         q: its unknowns.
         balloon: the finer one, its displacement is overwritten.
     """
-    coarse.place(q)
+    coarse.set_unknowns(q)
     row, column, around = _places(coarse)
     fine_row, fine_column, _ = _places(balloon)
     cells = coarse.order * coarse.surface.divisions[0]

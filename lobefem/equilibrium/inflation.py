@@ -59,8 +59,8 @@ def inflate(
         min_step: smallest pressure step, as a share of the whole.
         on_step: called on all ranks with the equilibrium after each pressure step.
         nested: without a start, look first for the equilibrium on meshes half as fine and start from there
-            (`lobefem.equilibrium.grid_sequencing`), where that saves time. It leads to the same state, on a fine mesh several
-            times sooner; where it leads nowhere the reference shape is the start.
+            (`lobefem.equilibrium.grid_sequencing`), where that saves time. It leads to the same state, on a
+            fine mesh several times sooner; where it leads nowhere the reference shape is the start.
         keep_tangent: on a large mesh, take further steps with a factorised tangent while they cost less than
             a new one; False for Newton's method as it is in books.
         progress: called with a line of text after each solve.
@@ -71,7 +71,6 @@ def inflate(
 
     Collective.
     """
-    require_whole(balloon)
     require_pressure(balloon.film, pressure)
     for name, value in (("min_step", min_step), ("rtol", rtol)):
         checks.positive(name, value, "")
@@ -157,7 +156,7 @@ def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
     """Refuse a film that intersects itself: contact keeps it free of that, and cannot undo it."""
     if balloon.contact is None:
         return
-    balloon.place(q)
+    balloon.set_unknowns(q)
     if balloon.contact.intersects(balloon.u):
         raise ConvergenceError(
             "the film intersects itself where inflate starts; move plates and distortions in smaller steps",

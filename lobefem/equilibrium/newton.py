@@ -410,8 +410,8 @@ def free_share(balloon: Balloon, q: Any, step: Any) -> float:
         return 1.0
     end = q.copy()
     end.axpy(1.0, step)
-    balloon.place(end)
+    balloon.set_unknowns(end)
     end.destroy()
     there = balloon.u.x.array.copy()
-    balloon.place(q)
+    balloon.set_unknowns(q)
     return balloon.contact.free_share(balloon.u, there)

@@ -1,4 +1,4 @@
-"""States: unknowns with their loads (`Start`, `Checkpoint`, `Moment`), and `Equilibrium` with what was measured."""
+"""States: unknowns with their loads, and `Equilibrium` with what was measured on it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from lobefem import checks
-from lobefem.display import Glance, Glanceable, number
+from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
 from lobefem.fem import functionals, rigid_motions
 from lobefem.fem.balloon import Balloon
@@ -34,24 +34,24 @@ __all__ = [
 
 
 @dataclass(frozen=True, repr=False)
-class Equilibrium(Frozen, Glanceable):
+class Equilibrium(Frozen, Summarized):
     """A balloon's state: its own copies of the unknowns, and what was measured on it.
 
     Attributes:
         balloon: the balloon this is a state of.
         pressure: gas pressure p [Pa].
-        prestress: pressure p0 [Pa] whose meridional stress is built into film and cords.
+        prestress: pressure p0 [Pa] whose meridional stress is built into film and cables.
         unknowns: this rank's part of q (see `lobefem.fem.constraint_map`).
         displacement: this rank's nodal displacements, ghosts included, (nodes, 3) [m].
         converged, reason, iterations: of SNES (all steps together); reason in words.
         residual: norm of the reduced residual [N, N m].
         relative_residual: the same over the norm of the pressure's nodal forces.
         volume: enclosed by film and plates [m^3].
-        strain_energy: of film, cords and bar [J], built-in stress included; None for a film whose
+        strain_energy: of film, cables and bar [J], built-in stress included; None for a film whose
             stress is no energy's gradient.
         max_displacement: largest nodal displacement [m], without the tilt that a pinned support leaves free.
         bar_force: [N], tension positive; None without a bar or with both rims held.
-        hoop_tension: mean tension of each cord group [N].
+        hoop_tension: mean tension of each cable group [N].
         taut_area, wrinkled_area, slack_area: reference areas [m^2].
         num_dofs: displacement components of all nodes.
         steps: pressures at which Newton's method converged on the way [Pa].
@@ -86,23 +86,23 @@ class Equilibrium(Frozen, Glanceable):
         q.array[:] = self.unknowns
         return q
 
-    def activate(self) -> Any:
+    def restore(self) -> Any:
         """Put this state's loads and displacement back into its balloon; returns q. Collective."""
         self.balloon.set_loads(self.pressure, self.prestress)
-        if self.balloon.guide is not None:
-            self.balloon.guide.parameter = self.parameter
+        if self.balloon.prescribed is not None:
+            self.balloon.prescribed.parameter = self.parameter
         q = self.vector()
-        self.balloon.place(q)
+        self.balloon.set_unknowns(q)
         return q
 
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
-        self.activate()
+        self.restore()
         return functionals.stress_resultants(self.balloon)
 
     def regions(self) -> Any:
         """Shares (taut, wrinkled, slack) of each cell as a piecewise constant function. Collective."""
-        self.activate()
+        self.restore()
         return functionals.region_shares(self.balloon)
 
     def to_pyvista(self) -> Any:
@@ -126,10 +126,10 @@ class Equilibrium(Frozen, Glanceable):
         grid.points = whole.x + whole.nodal["displacement"]
         return grid
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         area = self.taut_area + self.wrinkled_area + self.slack_area
-        parts = {"taut": self.taut_area, "wrinkled": self.wrinkled_area, "slack": self.slack_area}
-        film = ", ".join(f"{100 * part / area:.3g} % {name}" for name, part in parts.items())
+        components = {"taut": self.taut_area, "wrinkled": self.wrinkled_area, "slack": self.slack_area}
+        film = ", ".join(f"{100 * part / area:.3g} % {name}" for name, part in components.items())
         rows = [
             ("volume", number(self.volume, "m^3", 8)),
             ("largest displacement", number(self.max_displacement, "m")),
@@ -139,14 +139,14 @@ class Equilibrium(Frozen, Glanceable):
             ("built-in stress of", number(self.prestress, "Pa")),
             ("strain energy", number(self.strain_energy, "J")),
             ("bar force", number(self.bar_force, "N")),
-            ("cord tension", ", ".join(number(t, "N") for t in self.hoop_tension) or "none"),
+            ("cable tension", ", ".join(number(t, "N") for t in self.hoop_tension) or "none"),
             ("displacement components", str(self.num_dofs)),
         ]
-        return Glance(f"{self.pressure:g} Pa, {self.reason}", tuple(rows))
+        return Summary(f"{self.pressure:g} Pa, {self.reason}", tuple(rows))
 
     def true_resultants(self) -> Any:
         """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m], see `measures`. Collective."""
-        self.activate()
+        self.restore()
         return functionals.true_resultants(self.balloon)
 
 
@@ -224,13 +224,13 @@ def record(
         strain_energy=None if energy is None else copies * energy,
         max_displacement=rigid_motions.largest_of_state(balloon, displacement),
         bar_force=None if bar_force is None else copies * bar_force,
-        hoop_tension=functionals.cord_tensions(balloon),
+        hoop_tension=functionals.cable_tensions(balloon),
         taut_area=taut,
         wrinkled_area=wrinkled,
         slack_area=slack,
         num_dofs=3 * balloon.V.dofmap.index_map.size_global,
         steps=steps,
-        parameter=balloon.guide.parameter if balloon.guide is not None else 0.0,
+        parameter=balloon.prescribed.parameter if balloon.prescribed is not None else 0.0,
     )
 
 
@@ -244,7 +244,7 @@ def require_whole(balloon: Balloon) -> None:
 def require_drawn(balloon: Balloon) -> None:
     """Refuse supports that move nodes where the lobes are looked at as they were drawn. Collective."""
     checks.having("balloon", balloon, "reference_area", "a Balloon")
-    balloon.place(balloon.map.create_vector())
+    balloon.set_unknowns(balloon.map.create_vector())
     moved = functionals.largest(balloon, balloon.u.x.array.reshape(-1, 3))
     if moved > 1e-9 * math.sqrt(balloon.reference_area):  # more than round-off
         raise InputError(

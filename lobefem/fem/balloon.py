@@ -15,12 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import checks
-from lobefem.display import Glance, Glanceable, number
+from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
 from lobefem.fem.boundary_conditions import axis_terms, constraint_map, edge_nodes, plate_motion
 from lobefem.fem.contact_potential import Contact
 from lobefem.fem.plate_loads import PlateForces
-from lobefem.fem.prescribed_motion import Guide
+from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
 from lobefem.fem.weak_forms import WeakForms, check_load_path
 from lobefem.frozen import OnMesh
@@ -28,7 +28,7 @@ from lobefem.geometry.meridian import Lobe
 from lobefem.geometry.surface_checks import examine
 from lobefem.linalg import dolfinx_compat, petsc
 from lobefem.linalg.assembly import NodalMatrix, NodalVector, integral, together, total, totals
-from lobefem.model.components import Parts, row
+from lobefem.model.components import Components, row
 from lobefem.model.end_plates import PlateLoad
 from lobefem.model.film import Film, require_film
 from lobefem.model.gas_pressure import film_volume
@@ -45,17 +45,17 @@ from mpi4py import MPI
 __all__ = ["Balloon"]
 
 
-class Balloon(OnMesh, Glanceable):
-    """A film surface with its load, cords, plates and supports.
+class Balloon(OnMesh, Summarized):
+    """A film surface with its load, cables, plates and supports.
 
     Args:
         surface: where the film lies (`lobefem.geometry.surface`).
         film: its law.
-        parts: at most one `GasPressure` (default "closed"), any number of `Cords` and `Held`, at
+        components: at most one `GasPressure` (default "closed"), any number of `Cables` and `Fixed`, at
             most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`; one
             alone needs no brackets.
         prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
-            (paper eq. 4), and the matching tension into the cords; p0 is the `prestress` of a state.
+            (paper eq. 4), and the matching tension into the cables; p0 is the `prestress` of a state.
         hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain); of one without it 0.
         load_path: a state found with a `PrescribedPath` film on this surface; its stress is built into
             the film, which carries it in that state's shape (paper sec. 4).
@@ -84,7 +84,7 @@ class Balloon(OnMesh, Glanceable):
         self,
         surface: Any,
         film: Film,
-        parts: Sequence[Any] = (),
+        components: Sequence[Any] = (),
         *,
         prestressed: bool = False,
         hoop_slack: float = 0.0,
@@ -96,16 +96,20 @@ class Balloon(OnMesh, Glanceable):
     ) -> None:
         checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
         require_film(film)
-        parts = row(parts)
-        sorted_parts = Parts.sort(parts)
+        components = row(components)
+        sorted_components = Components.sort(components)
         petsc.tidy(surface.mesh.comm)
         petsc.watch(self, surface.mesh)
         self.surface, self.film, self.prestressed = surface, film, prestressed
-        self.parts, self.hoop_slack, self.quadrature_degree = parts, hoop_slack, quadrature_degree
+        self.components, self.hoop_slack, self.quadrature_degree = components, hoop_slack, quadrature_degree
         self.given_frame, self.load_path = frame, load_path
         self.pattern, self.layers = pattern, layers
-        self.cords, self.held = sorted_parts.cords, sorted_parts.held
-        self.load, self.plates, self.weight = sorted_parts.load, sorted_parts.plates, sorted_parts.weight
+        self.cables, self.fixed = sorted_components.cables, sorted_components.fixed
+        self.load, self.plates, self.weight = (
+            sorted_components.load,
+            sorted_components.plates,
+            sorted_components.weight,
+        )
         if not 0 <= checks.finite("hoop_slack", hoop_slack, "") < 1:
             raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
         if hoop_slack and not prestressed and load_path is None:
@@ -141,11 +145,13 @@ class Balloon(OnMesh, Glanceable):
         self.x = ufl.SpatialCoordinate(self.mesh) - origin
         self.frame = frame if frame is not None else revolved_frame(self.mesh, self.direction, origin)
         self.motion = plate_motion(surface, self.plates, axis) if self.plates is not None else None
-        self.plate_forces = self._plate_forces(sorted_parts.plate_load)
+        self.plate_forces = self._plate_forces(sorted_components.plate_load)
         self.free: Balloon | None = None
         tied = axis if surface.copies > 1 else None
-        self.map = constraint_map(self.V, self.X, surface, self.held, self.motion, tied=tied)
-        self.contact = self._self_contact(sorted_parts.contact) if sorted_parts.contact is not None else None
+        self.map = constraint_map(self.V, self.X, surface, self.fixed, self.motion, tied=tied)
+        self.contact = (
+            self._self_contact(sorted_components.contact) if sorted_components.contact is not None else None
+        )
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
         self._tangents: dict[int, Reduction | Product] = {}
         self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
@@ -154,7 +160,7 @@ class Balloon(OnMesh, Glanceable):
         self.reference_area, self.reference_volume = map(float, totals(self.mesh, form))
         self.reference_volume += self.motion.volume if self.motion else 0.0
 
-    def on(self, surface: Any) -> Balloon:
+    def remeshed(self, surface: Any) -> Balloon:
         """The same film and parts on another surface. Collective.
 
         Raises:
@@ -169,7 +175,7 @@ class Balloon(OnMesh, Glanceable):
         arguments = {
             "surface": self.surface,
             "film": self.film,
-            "parts": self.parts,
+            "parts": self.components,
             "prestressed": self.prestressed,
             "hoop_slack": self.hoop_slack,
             "load_path": self.load_path,
@@ -180,17 +186,17 @@ class Balloon(OnMesh, Glanceable):
         }
         return Balloon(**arguments | changes)
 
-    def under(self, guide: Guide) -> Balloon:
+    def with_prescribed(self, prescribed: PrescribedMotion) -> Balloon:
         """This balloon led by a guide: another map, the same film, forms and matrices. Collective.
 
-        The two share their displacement and loads; `Equilibrium.activate` puts in those of a state.
+        The two share their displacement and loads; `Equilibrium.restore` puts in those of a state.
         """
-        led = copy(self)
-        petsc.watch(led, self.mesh)
-        led._residual_vector, led._full_tangent = self._residual_vector, self._full_tangent
-        led.map = constraint_map(self.V, self.X, self.surface, self.held, self.motion, guide)
-        led.plate_forces, led._tangents, led.free = copy(self.plate_forces), {}, self
-        return led
+        constrained = copy(self)
+        petsc.watch(constrained, self.mesh)
+        constrained._residual_vector, constrained._full_tangent = self._residual_vector, self._full_tangent
+        constrained.map = constraint_map(self.V, self.X, self.surface, self.fixed, self.motion, prescribed)
+        constrained.plate_forces, constrained._tangents, constrained.free = copy(self.plate_forces), {}, self
+        return constrained
 
     def untied(self) -> Balloon:
         """This sector with the nodes of both its cuts free, for motions of any harmonic. Collective."""
@@ -199,15 +205,15 @@ class Balloon(OnMesh, Glanceable):
         loose = copy(self)
         petsc.watch(loose, self.mesh)
         loose._residual_vector, loose._full_tangent = self._residual_vector, self._full_tangent
-        loose.map = constraint_map(self.V, self.X, self.surface, self.held, self.motion)
+        loose.map = constraint_map(self.V, self.X, self.surface, self.fixed, self.motion)
         loose.plate_forces, loose._tangents = copy(self.plate_forces), {}
         return loose
 
-    def adopt(self, other: Balloon) -> Any:
+    def unknowns_of(self, other: Balloon) -> Any:
         """The q with the displacement in which `other`, the same film with another map, is. Collective."""
         return self.map.unknowns(other.u, other._w)
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         film, plates, surface = self.film, self.plates, self.surface
         lobes = f"{surface.num_lobes} lobe{'s' if surface.num_lobes > 1 else ''}"
         mesh = "unstructured mesh" if surface.divisions is None else "{} x {}".format(*surface.divisions)
@@ -220,12 +226,12 @@ class Balloon(OnMesh, Glanceable):
             ),
             ("gas", f"{self.load.convention} load"),
             ("plates", "none" if plates is None else f"{plates.support}, bar {stiffness}"),
-            *(("cords", f"{', '.join(cord.on)}, EA = {cord.EA:g} N") for cord in self.cords),
+            *(("cables", f"{', '.join(cable.on)}, EA = {cable.EA:g} N") for cable in self.cables),
             ("built-in stress", "the lobe's own" if self.prestressed else "none"),
         ]
         if self.contact is not None:
             rows.append(("contact", "film and plates"))
-        return Glance(f"{lobes}, {mesh}", tuple(rows))
+        return Summary(f"{lobes}, {mesh}", tuple(rows))
 
     @cached_property
     def gas_level(self) -> float:
@@ -234,9 +240,9 @@ class Balloon(OnMesh, Glanceable):
         return self.comm.allreduce(lowest, op=MPI.MIN) + self.load.level
 
     @property
-    def guide(self) -> Guide | None:
+    def prescribed(self) -> PrescribedMotion | None:
         """The prescribed motion of this balloon, if any."""
-        return self.map.motion if isinstance(self.map.motion, Guide) else None
+        return self.map.motion if isinstance(self.map.motion, PrescribedMotion) else None
 
     def _plate_forces(self, load: PlateLoad | None) -> PlateForces | None:
         if self.motion is not None:
@@ -282,13 +288,13 @@ class Balloon(OnMesh, Glanceable):
         change += self.plate_forces.volume(self._w) if self.plate_forces else 0.0
         return self.reference_volume + change
 
-    def place(self, q: Any) -> None:
+    def set_unknowns(self, q: Any) -> None:
         """Put the displacement of q into `u`. Collective."""
         self._w, _, _ = self.map.displace(q, self.u)
 
     def load_norm(self, q: Any) -> float:
         """Norm of the pressure's reduced nodal forces p dV/dq at q [N, N m]. Collective."""
-        self.place(q)
+        self.set_unknowns(q)
         g = NodalVector(self.forms.load).assemble(self.forms.load)
         out = self.map.create_vector()
         _, dw, _ = self.map.plate_parameters(self.map.parameters(q))
@@ -326,7 +332,7 @@ class Balloon(OnMesh, Glanceable):
         """
         if not self.film.has_energy:
             raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
-        self.place(q)
+        self.set_unknowns(q)
         elastic = total(self.mesh, self.forms.elastic)
         volume = total(self.mesh, self.forms.volume)
         dead_work = 0.0
@@ -345,7 +351,7 @@ class Balloon(OnMesh, Glanceable):
         return elastic - work + barrier, abs(elastic) + abs(work)
 
     def strain_energy(self) -> float | None:
-        """Strain energy of film, cords and bar [J] in the present displacement. Collective.
+        """Strain energy of film, cables and bar [J] in the present displacement. Collective.
 
         None for a film whose stress is no energy's gradient.
         """
@@ -384,12 +390,12 @@ class Balloon(OnMesh, Glanceable):
 
     def reaction(self, q: Any) -> float:
         """The force conjugate to the guide's parameter at q, 0 without a guide [N or N m]. Collective."""
-        self.place(q)
+        self.set_unknowns(q)
         r = self._assemble_residual()
         gradient, _ = self._plate_terms(r)
-        if self.guide is None:
+        if self.prescribed is None:
             return 0.0
-        return float(gradient @ self.guide.rate(self.map.parameters(q))) + self.map.push_force(r)
+        return float(gradient @ self.prescribed.rate(self.map.parameters(q))) + self.map.push_force(r)
 
     @timed("tangent")
     def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False, before: Any = None) -> Any:

@@ -12,12 +12,12 @@ import numpy.typing as npt
 from lobefem.errors import InputError
 from lobefem.fem.constraint_map import ConstraintMap
 from lobefem.fem.cyclic_symmetry import SymmetricMotion, ties
-from lobefem.fem.prescribed_motion import Guide
+from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.geometry.axis import Axis
 from lobefem.linalg.assembly import together, totals
 from lobefem.model.end_plates import EndPlates
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 
 import ufl
 from dolfinx import fem
@@ -83,9 +83,9 @@ def constraint_map(
     V: Any,
     X: npt.NDArray[np.float64],
     surface: Any,
-    held: Sequence[Held],
+    held: Sequence[Fixed],
     motion: PlateMotion | None,
-    guide: Guide | None = None,
+    prescribed: PrescribedMotion | None = None,
     tied: Axis | None = None,
 ) -> ConstraintMap:
     """The map from the unknowns q to nodal displacements under all that holds the film.
@@ -96,13 +96,13 @@ def constraint_map(
         surface: where the film lies.
         held: parts whose displacement is given.
         motion: of the plates.
-        guide: what leads the balloon in the plates' place.
+        prescribed: what leads the balloon in the plates' place.
         tied: the axis about which one sector's cuts are tied, so that it deforms as all others do.
 
     Collective.
     """
     rims = ("rim_bottom", "rim_top") if motion else ()
-    rings = (*rims, *(guide.seams if guide else ()))
+    rings = (*rims, *(prescribed.seams if prescribed else ()))
     dofs, values = [np.empty(0, dtype=np.int32)], [np.empty(0)]
     for part in held:
         if callable(part.on):
@@ -118,4 +118,4 @@ def constraint_map(
     if tied is not None:
         whole = SymmetricMotion(motion, tied) if motion is not None else None
         return ConstraintMap(V, X, whole, nodes, fixed, given, ties(V, X, surface, tied))
-    return ConstraintMap(V, X, guide or motion, nodes, fixed, given)
+    return ConstraintMap(V, X, prescribed or motion, nodes, fixed, given)

@@ -1,4 +1,4 @@
-"""A balloon's cords as terms of one form, whatever their number: each edge has numbers of its own.
+"""A balloon's cables as terms of one form, whatever their number: each edge has numbers of its own.
 
 A form has no coefficients on edges. Here a cell keeps one number for each of its edges, of which the edge's
 normal in the reference cell picks the edge's own. So what is compiled knows neither how many groups of
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from lobefem.errors import InputError
 from lobefem.linalg import dolfinx_compat
-from lobefem.model.cables import Cords
+from lobefem.model.cables import Cables
 from lobefem.typing import Array
 
 import basix
@@ -24,7 +24,7 @@ import ufl
 from dolfinx import fem
 from dolfinx.mesh import exterior_facet_indices, meshtags
 
-__all__ = ["Cordage", "Strand"]
+__all__ = ["CableForms", "CableTerm"]
 
 Facets = npt.NDArray[np.int32]
 
@@ -32,17 +32,17 @@ _INNER, _FREE = 1, 2  # tags of edges within the film and of free ones
 
 
 @dataclass(frozen=True)
-class Strand:
-    """The first, or second, ... cord on edges of one kind: one term of a weak form.
+class CableTerm:
+    """The first, or second, ... cable on edges of one kind: one term of a weak form.
 
     Attributes:
         measure: over the edges, dS within the film and ds on free ones.
         side: what to restrict to, "+" within the film, None on free edges.
-        layer: how many other cords lie on the same edges before this one.
-        EA: axial stiffness [N], 0 on edges without such a cord.
-        built_in: strain built into the cord per Pa of prestress.
-        rest: strain of the drawn edge over the cord at rest, None where no cord differs from its edge.
-        bears: 1 for a cord that bears compression, 0 for one that does not; None where all do.
+        layer: how many other cables lie on the same edges before this one.
+        EA: axial stiffness [N], 0 on edges without such a cable.
+        built_in: strain built into the cable per Pa of prestress.
+        rest: strain of the drawn edge over the cable at rest, None where no cable differs from its edge.
+        bears: 1 for a cable that bears compression, 0 for one that does not; None where all do.
     """
 
     measure: Any
@@ -54,7 +54,7 @@ class Strand:
     bears: Any = None
 
     def strain(self, edge: Any) -> Any:
-        """Strain of the cord of that of its edge."""
+        """Strain of the cable of that of its edge."""
         return edge if self.rest is None else edge + self.rest
 
     def force(self, strain: Any) -> Any:
@@ -68,27 +68,27 @@ class Strand:
         return self.force(strain) * strain / 2
 
 
-class Cordage:
-    """All cords of a balloon.
+class CableForms:
+    """All cables of a balloon.
 
     Args:
         surface: where they lie.
-        cords: parts of the balloon.
+        cables: parts of the balloon.
         prestressed: whether the shape's own seam tension is built into them.
 
     Attributes:
-        strands: what to sum over for all cords, empty without any.
+        strands: what to sum over for all cables, empty without any.
 
     Raises:
-        InputError: a cord on an edge group that is empty, or lies on free edges and within the film.
+        InputError: a cable on an edge group that is empty, or lies on free edges and within the film.
 
     Collective.
     """
 
-    def __init__(self, surface: Any, cords: tuple[Cords, ...], prestressed: bool) -> None:
+    def __init__(self, surface: Any, cables: tuple[Cables, ...], prestressed: bool) -> None:
         self.mesh = mesh = surface.mesh
-        laid = [(cord, name) for cord in cords for name in cord.groups(surface)]
-        self.strands: tuple[Strand, ...] = ()
+        laid = [(cable, name) for cable in cables for name in cable.groups(surface)]
+        self.terms: tuple[CableTerm, ...] = ()
         if not laid:
             return
         mesh.topology.create_connectivity(1, 2)
@@ -114,33 +114,33 @@ class Cordage:
         size = (max(self._layers) + 1) * len(self._normals)
         self._V = fem.functionspace(mesh, ("DG", 0, (size,)))
         EA, built_in, rest, bears = (fem.Function(self._V) for _ in range(4))
-        for k, (cord, _) in enumerate(laid):
-            EA.x.array[self._at(k)] = cord.reduced_stiffness
-            rest.x.array[self._at(k)] = cord.reduced_strain
-            bears.x.array[self._at(k)] = not cord.tension_only
+        for k, (cable, _) in enumerate(laid):
+            EA.x.array[self._at(k)] = cable.reduced_stiffness
+            rest.x.array[self._at(k)] = cable.reduced_strain
+            bears.x.array[self._at(k)] = not cable.tension_only
             if prestressed:
-                built_in.x.array[self._at(k)] = _tension(cord, surface) / cord.EA
+                built_in.x.array[self._at(k)] = _tension(cable, surface) / cable.EA
         used = [EA, built_in]
-        used.append(rest if any(cord.foreshortening for cord in cords) else None)
-        used.append(bears if any(cord.tension_only for cord in cords) else None)
-        strands = []
+        used.append(rest if any(cable.foreshortening for cable in cables) else None)
+        used.append(bears if any(cable.tension_only for cable in cables) else None)
+        terms = []
         for kind, layer in sorted(set(zip(kinds, self._layers, strict=True))):
             side = "+" if kind == _INNER else None
             numbers = (None if f is None else self._pick(f, side, layer) for f in used)
-            strands.append(Strand(measures[kind], side, layer, *numbers))
-        self.strands = tuple(strands)
+            terms.append(CableTerm(measures[kind], side, layer, *numbers))
+        self.terms = tuple(terms)
 
     def compile(self, densities: Sequence[Any]) -> Any:
         """A form for `sums`, of what each of the strands has per length, in UFL. Collective."""
         test = ufl.TestFunction(self._V)
         terms = [
-            density * self._pick(test, strand.side, strand.layer) * strand.measure
-            for density, strand in zip(densities, self.strands, strict=True)
+            density * self._pick(test, term.side, term.layer) * term.measure
+            for density, term in zip(densities, self.terms, strict=True)
         ]
         return dolfinx_compat.form(sum(terms[1:], terms[0]))
 
     def sums(self, form: Any) -> Array:
-        """Integrals of a compiled form, over all ranks, for each cord on each of its groups. Collective."""
+        """Integrals of a compiled form, over all ranks, for each cable on each of its groups. Collective."""
         values = fem.assemble_vector(form).array
         found = np.array([values[self._at(k)].sum() for k in range(len(self._layers))])
         return np.asarray(self.mesh.comm.allreduce(found))
@@ -181,18 +181,18 @@ def _kinds(comm: Any, names: list[str], facets: list[Facets], free: Facets) -> l
     kinds = []
     for name, (num_free, num) in zip(names, comm.allreduce(np.array(here)), strict=True):
         if not num:
-            raise InputError(f"edge group '{name}' is empty: there is no edge for a cord; tag its facets")
+            raise InputError(f"edge group '{name}' is empty: there is no edge for a cable; tag its facets")
         if 0 < num_free < num:
             raise InputError(
                 f"edge group '{name}' has {num_free} facets on a free edge and {num - num_free} within the "
-                "film; give each a group and a cord of its own"
+                "film; give each a group and a cable of its own"
             )
         kinds.append(_FREE if num_free else _INNER)
     return kinds
 
 
-def _tension(cord: Cords, surface: Any) -> float:
-    """Tension in a cord per Pa of prestress [N/Pa]."""
-    if cord.tension_per_pressure is not None:
-        return cord.tension_per_pressure
+def _tension(cable: Cables, surface: Any) -> float:
+    """Tension in a cable per Pa of prestress [N/Pa]."""
+    if cable.tension_per_pressure is not None:
+        return cable.tension_per_pressure
     return float(surface.shape.seam_tension(1.0))

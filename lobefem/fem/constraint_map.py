@@ -3,10 +3,10 @@
 q holds the displacement components of the free nodes (where they are owned) and, at the end of the
 last rank, the plates' parameters y. Nodes on a rim follow their plate, held components keep their
 value. On one sector of a cyclic surface the nodes of its far cut may be tied to those of its near one, so
-that the sector deforms as all others do. A guide (`lobefem.fem.prescribed_motion`) may take seams along as rigid rings and push nodes outwards. For
-an energy of u the reduced residual is J^T r and the reduced tangent J^T K J plus the curvature of
-the map, which acts on y alone: no row of a Dirichlet condition is left anywhere, so the same
-products serve Newton's method and eigenproblems.
+that the sector deforms as all others do. A guide (`lobefem.fem.prescribed_motion`) may take seams along as
+rigid rings and push nodes outwards. For an energy of u the reduced residual is J^T r and the reduced tangent
+J^T K J plus the curvature of the map, which acts on y alone: no row of a Dirichlet condition is left
+anywhere, so the same products serve Newton's method and eigenproblems.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from lobefem.fem.prescribed_motion import Guide, PushedNodes
+from lobefem.fem.prescribed_motion import PrescribedMotion, PushedNodes
 from lobefem.fem.rigid_plates import rotation
 from lobefem.typing import Array
 
@@ -85,7 +85,7 @@ class ConstraintMap:
         mine = (held < self.owned) & free[np.minimum(held, self.owned - 1)] if self.owned else held < 0
         self._held, self._values = held[mine], values[mine]
         free[self._held] = False
-        self._push(motion.pushed if isinstance(motion, Guide) else None, free)
+        self._push(motion.pushed if isinstance(motion, PrescribedMotion) else None, free)
         self._tie(ties, free)
         self.free = np.flatnonzero(free).astype(np.int32)
         self.num_parameters = motion.size if motion is not None else 0
@@ -199,7 +199,7 @@ class ConstraintMap:
         Args:
             r: owned part of the nodal residual.
         """
-        s = self.motion.parameter if isinstance(self.motion, Guide) else 0.0
+        s = self.motion.parameter if isinstance(self.motion, PrescribedMotion) else 0.0
         rate = np.array([1.0, 2.0 * s]) @ self._push_terms
         return float(self.comm.allreduce(float(self._in_frames(r)[3 * self._pushed] @ rate)))
 

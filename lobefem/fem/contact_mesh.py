@@ -75,15 +75,15 @@ class Gathering:
 
     def scatter_rows(self, matrix: Any) -> tuple[Array, Array, Array]:
         """This rank's rows, as the arrays of CSR, of a sparse matrix of rank 0. Collective."""
-        parts = None
+        components = None
         if self.counts is not None:
             from scipy import sparse  # slow to import, and most films do not touch themselves
 
             rows = sparse.csr_array(matrix)
             ends = np.concatenate([[0], np.cumsum(self.counts)])
             blocks = [rows[a:b] for a, b in pairwise(ends)]
-            parts = [(b.indptr, b.indices, b.data) for b in blocks]
-        return self.comm.scatter(parts, root=0)
+            components = [(b.indptr, b.indices, b.data) for b in blocks]
+        return self.comm.scatter(components, root=0)
 
 
 def film_facets(V: Any, rims: tuple[npt.NDArray[np.int32], ...]) -> Facets | None:
@@ -99,15 +99,15 @@ def film_facets(V: Any, rims: tuple[npt.NDArray[np.int32], ...]) -> Facets | Non
     local = cells[:, _TRIANGLES[cells.shape[1]]].reshape(-1, 3)
     triangles = dofs.local_to_global(local.ravel().astype(np.int32)).reshape(-1, 3)
     on_rims = [dofs.local_to_global(rim[rim < dofs.size_local].astype(np.int32)) for rim in rims]
-    parts = comm.gather((V.tabulate_dof_coordinates()[: dofs.size_local], triangles, on_rims), root=0)
-    if parts is None:
+    components = comm.gather((V.tabulate_dof_coordinates()[: dofs.size_local], triangles, on_rims), root=0)
+    if components is None:
         return None
     from scipy import sparse  # as above
 
-    x, triangles = (np.concatenate([p[k] for p in parts]) for k in range(2))
+    x, triangles = (np.concatenate([p[k] for p in components]) for k in range(2))
     fans, means = [], []
     for k in range(len(rims)):
-        rim = np.concatenate([p[2][k] for p in parts])
+        rim = np.concatenate([p[2][k] for p in components])
         edges = _free_edges(triangles)
         edges = edges[np.isin(edges, rim).all(axis=1)]
         centre = np.full((len(edges), 1), len(x) + k)

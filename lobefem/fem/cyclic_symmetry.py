@@ -1,8 +1,8 @@
 """One sector of a cyclic surface that deforms as all others do: harmonic 0 as a constraint.
 
 The far cut of the sector is its near one rotated by alpha = 2 pi/N about the axis, at rest and in every state
-that is the same in all sectors. Tied to it, the nodes of the far cut are no unknowns, and plates can only move
-along the axis and spin about it: the equilibrium of one sector is that of the whole balloon.
+that is the same in all sectors. Tied to it, the nodes of the far cut are no unknowns, and plates can only
+move along the axis and spin about it: the equilibrium of one sector is that of the whole balloon.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ def ties(V: Any, X: Array, surface: Any, axis: Axis) -> Ties:
     near = np.flatnonzero((distance < _SAME * span) & (partner != np.arange(len(edge))))
     if not near.size:
         raise InputError(
-            f"the surface is said to be one of {surface.copies} equal sectors, and no edge of it is another one "
-            "rotated about the axis; check copies and axis"
+            f"the surface is said to be one of {surface.copies} equal sectors, and no edge of it is another "
+            "one rotated about the axis; check copies and axis"
         )
     return Ties(edge[partner[near]], edge[near], rotation)
 

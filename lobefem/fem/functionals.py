@@ -20,7 +20,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 __all__ = [
-    "cord_tensions",
+    "cable_tensions",
     "displacement_of",
     "largest",
     "mid_hoop_displacement",
@@ -49,12 +49,12 @@ def mid_hoop_displacement(balloon: Balloon, displacement: Array) -> float:
     return float(total / count)
 
 
-def cord_tensions(balloon: Balloon) -> tuple[float, ...]:
-    """Mean tension of each cord group over its reference length [N]. Collective."""
+def cable_tensions(balloon: Balloon) -> tuple[float, ...]:
+    """Mean tension of each cable group over its reference length [N]. Collective."""
     forms = balloon.forms
-    if not forms.cordage.strands:
+    if not forms.cable_forms.terms:
         return ()
-    return tuple((forms.cordage.sums(forms.pulls) / forms.lengths).tolist())
+    return tuple((forms.cable_forms.sums(forms.pulls) / forms.lengths).tolist())
 
 
 def region_areas(balloon: Balloon) -> tuple[float, float, float]:

@@ -4,10 +4,10 @@ A guide has one parameter s, set from outside, and leaves the other parameters y
 the place of a `PlateMotion`. With the axes e1, e2 across the bar and e3 along it (x, y, z for a
 balloon on the z axis):
 
-- `TipGuide`: the top plate's centre is displaced by s along e1,
-- `TwistGuide`: the top plate is turned by s about e3,
-- `BendGuide`: the axis is an arc of half-angle s, every seam a rigid circle normal to it,
-- `WaveGuide`: nodes are displaced outwards.
+- `TipMotion`: the top plate's centre is displaced by s along e1,
+- `TwistMotion`: the top plate is turned by s about e3,
+- `BendMotion`: the axis is an arc of half-angle s, every seam a rigid circle normal to it,
+- `WaveMotion`: nodes are displaced outwards.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lobefem.fem.rigid_plates import PlateMotion, sinc
 from lobefem.frozen import Frozen
 from lobefem.typing import Array
 
-__all__ = ["BendGuide", "Guide", "PushedNodes", "TipGuide", "TwistGuide", "WaveGuide"]
+__all__ = ["BendMotion", "PrescribedMotion", "PushedNodes", "TipMotion", "TwistMotion", "WaveMotion"]
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class PushedNodes(Frozen):
     quadratic: Array
 
 
-class Guide:
+class PrescribedMotion:
     """The plates' motion as it is without a guide; what a guide prescribes is for its subclass.
 
     Args:
@@ -88,7 +88,7 @@ class Guide:
         return self.plates.bar_force(w, top_force, built_in)
 
 
-class _LinearGuide(Guide):
+class _LinearMotion(PrescribedMotion):
     """One direction in the space of the plates' parameters is prescribed, those across it are free."""
 
     def __init__(self, motion: PlateMotion, first: str, direction: Array) -> None:
@@ -116,7 +116,7 @@ class _LinearGuide(Guide):
         return self._free.T @ self.plates.coordinates(w)
 
 
-class TwistGuide(_LinearGuide):
+class TwistMotion(_LinearMotion):
     """The top plate's rotation vector has the component s [rad] along the axis; the rest is free.
 
     While the plate does not tilt, the reaction is the moment about the axis [N m].
@@ -128,8 +128,8 @@ class TwistGuide(_LinearGuide):
         super().__init__(motion, "top_rotation_x", motion.direction)
 
 
-class _FreeTipGuide(_LinearGuide):
-    """As `TipGuide` where no rigid bar ties the top centre to a sphere."""
+class _FreeTipMotion(_LinearMotion):
+    """As `TipMotion` where no rigid bar ties the top centre to a sphere."""
 
     kind = "tip displacement"
 
@@ -137,8 +137,8 @@ class _FreeTipGuide(_LinearGuide):
         super().__init__(motion, "top_x", motion.across[0])
 
 
-class _BarTipGuide(Guide):
-    """As `TipGuide` at the end of a rigid bar: the centre moves on the sphere about the bottom's.
+class _BarTipMotion(PrescribedMotion):
+    """As `TipMotion` at the end of a rigid bar: the centre moves on the sphere about the bottom's.
 
     d = s e1 + v e2 + (sqrt(L^2 - s^2 - v^2) - L) e3 with v free.
     """
@@ -187,15 +187,15 @@ class _BarTipGuide(Guide):
         return float(force)
 
 
-def TipGuide(motion: PlateMotion) -> Guide:
+def TipMotion(motion: PlateMotion) -> PrescribedMotion:
     """The top plate's centre is displaced by s [m] along e1; the reaction is a force along e1 [N].
 
     All else is free: its motion across e1 (a rigid bar keeps its length), the plate's rotation.
     """
-    return _BarTipGuide(motion) if motion.rigid_bar else _FreeTipGuide(motion)
+    return _BarTipMotion(motion) if motion.rigid_bar else _FreeTipMotion(motion)
 
 
-class BendGuide(Guide):
+class BendMotion(PrescribedMotion):
     """Lennon and Pellegrino's bending (paper fig. 21b): the axis an arc, its chord the bar.
 
     With t = 0 ... 1 along the axis, ring t has its centre at the distance L sin(s t)/sin s from the
@@ -260,7 +260,7 @@ class BendGuide(Guide):
         return None if self.plates.rigid_bar else super().bar_force(w, top_force, built_in)
 
 
-class WaveGuide(Guide):
+class WaveMotion(PrescribedMotion):
     """Nodes are displaced outwards by s and s^2 times fixed numbers; the reaction is conjugate to s [N].
 
     Args:

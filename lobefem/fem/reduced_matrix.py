@@ -40,7 +40,7 @@ class Product:
         self._result: Any = None
 
     def fill(self, nodal: NodalMatrix, w: Array, dw: Array, block: Array | None = None) -> Any:
-        """The matrix with the present values, overwritten by the next call: see `Reduction.fill`. Collective."""
+        """The matrix with the present values, overwritten by the next call. Collective."""
         J = self._map.jacobian(w, dw)
         self._result = nodal.whole().PtAP(J, result=self._result)
         if block is not None:

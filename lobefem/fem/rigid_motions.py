@@ -11,21 +11,21 @@ from lobefem.fem.functionals import largest, owned_nodes
 from lobefem.model.end_plates import PlateLoad
 from lobefem.typing import Array
 
-__all__ = ["distance_of", "free_to_turn", "is_turn", "largest_of_state", "num_turns"]
+__all__ = ["distance_of", "free_to_rotate", "is_turn", "largest_of_state", "num_turns"]
 
 
 # --- rigid motions that supports leave ----------------------------------------------------------
-def free_to_turn(balloon: Balloon) -> bool:
+def free_to_rotate(balloon: Balloon) -> bool:
     """True if nothing resists a tilt about the bottom plate's centre.
 
     That is under a pinned support alone: a dead load on the top plate, held film or a guide has a say in it.
     """
-    loads = [part for part in balloon.parts if isinstance(part, PlateLoad)]
+    loads = [part for part in balloon.components if isinstance(part, PlateLoad)]
     return (
         balloon.plates is not None
         and balloon.plates.support == "pinned"
-        and balloon.guide is None
-        and not balloon.held
+        and balloon.prescribed is None
+        and not balloon.fixed
         and not any(any(load.force) or any(load.moment) for load in loads)
     )
 
@@ -44,7 +44,7 @@ def distance_of(balloon: Balloon, from_: Array, to: Array) -> tuple[float, float
     x, areas = owned_nodes(balloon)
     a, b = x + from_[: len(x)], x + to[: len(x)]
     turn = np.eye(3)
-    if free_to_turn(balloon):
+    if free_to_rotate(balloon):
         centre = balloon.motion.centres[0]  # type: ignore[union-attr]
         a, b = a - centre, b - centre
         U, _, Vt = np.linalg.svd(balloon.comm.allreduce((b * areas[:, None]).T @ a))
@@ -59,14 +59,14 @@ def largest_of_state(balloon: Balloon, displacement: Array) -> float:
 
     No force sets that tilt: it is what round-off over a stiffness of zero makes it. Collective.
     """
-    if not free_to_turn(balloon):
+    if not free_to_rotate(balloon):
         return largest(balloon, displacement)
     return distance_of(balloon, np.zeros_like(displacement), displacement)[0]
 
 
 def num_turns(balloon: Balloon) -> int:
     """Rigid motions that the supports leave: a pinned bottom plate's two tilts."""
-    return 2 if free_to_turn(balloon) else 0
+    return 2 if free_to_rotate(balloon) else 0
 
 
 def is_turn(balloon: Balloon, displacement: Array, motion: Array) -> bool:
@@ -77,7 +77,7 @@ def is_turn(balloon: Balloon, displacement: Array, motion: Array) -> bool:
         displacement: of its nodes (nodes, 3).
         motion: the same of a small motion from there.
     """
-    if not free_to_turn(balloon):
+    if not free_to_rotate(balloon):
         return False
     x, areas = owned_nodes(balloon)
     arm = x + displacement[: len(x)] - balloon.motion.centres[0]  # type: ignore[union-attr]

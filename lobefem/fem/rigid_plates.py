@@ -246,7 +246,7 @@ class PlateMotion:
         return value, gradient, hessian
 
     def moment_change(self, w: Array, level: float) -> tuple[float, Array, Array]:
-        """Change of the plates' part of W, the integral of z over the volume, z along the axis from `level` [m].
+        """Change of the plates' part of W, the integral of the height over `level` in the volume.
 
         For flat circular discs A n_z (z_c^2 + r^2 (1 - n_z^2)/4)/2, z_c the height of their centre.
 

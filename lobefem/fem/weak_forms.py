@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Any
 
 from lobefem.errors import InputError
-from lobefem.fem.cable_forms import Cordage
+from lobefem.fem.cable_forms import CableForms
 from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.assembly import together
 from lobefem.model.cutting_pattern import Drawn, Pattern
@@ -26,7 +26,7 @@ __all__ = ["WeakForms", "check_load_path"]
 
 
 class WeakForms:
-    """Energy, residual, tangent and what else is integrated over a balloon's film and cords.
+    """Energy, residual, tangent and what else is integrated over a balloon's film and cables.
 
     Args:
         balloon: a `Balloon` under construction: mesh, space, displacement, loads and parts are there.
@@ -39,10 +39,10 @@ class WeakForms:
         dx: the film's measure.
         strain: total Green-Lagrange strain of the film in its frame, built-in strain included.
         increment: displacement d of the last Newton step, for `predicted`.
-        cordage: the balloon's cords.
+        cordage: the balloon's cables.
 
     Raises:
-        InputError: a cord on an edge group that is empty, or lies on free edges and within the film.
+        InputError: a cable on an edge group that is empty, or lies on free edges and within the film.
 
     Collective.
     """
@@ -87,28 +87,28 @@ class WeakForms:
         self.increment = fem.Function(self.V)
         predicted: Any = 0
         v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
-        cords = []
-        self.cordage = Cordage(surface, balloon.cords, balloon.prestressed)
+        cables = []
+        self.cable_forms = CableForms(surface, balloon.cables, balloon.prestressed)
         self._strains: list[Any] = []
-        for strand in self.cordage.strands:
-            e = strand.strain(edge_strain(u, mesh, strand.side))
+        for term in self.cable_forms.terms:
+            e = term.strain(edge_strain(u, mesh, term.side))
             if balloon.prestressed:
-                e = e + balloon.prestress * strand.built_in
-            cords.append(strand.energy(e) * strand.measure)
-            bend = _even(lambda d: edge_strain(d, mesh, strand.side), self.increment)  # noqa: B023
-            predicted += strand.force(e - bend) * ufl.derivative(e, u, v) * strand.measure
+                e = e + balloon.prestress * term.built_in
+            cables.append(term.energy(e) * term.measure)
+            bend = _even(lambda d: edge_strain(d, mesh, term.side), self.increment)  # noqa: B023
+            predicted += term.force(e - bend) * ufl.derivative(e, u, v) * term.measure
             self._strains.append(e)
         weight, up = balloon.weight, ufl.dot(u, axis)
         self._weight = [] if not weight.film else [number(weight.film) * area * up * dx]
         if weight.cables:
-            for strand in self.cordage.strands:  # of the length at rest
-                laid = ufl.conditional(ufl.gt(strand.EA, 0), 1.0, 0.0)
-                length = laid if strand.rest is None else laid * ufl.sqrt(1 - 2 * strand.rest)
-                raised = up(strand.side) if strand.side else up
-                self._weight.append(number(weight.cables) * length * raised * strand.measure)
+            for term in self.cable_forms.terms:  # of the length at rest
+                laid = ufl.conditional(ufl.gt(term.EA, 0), 1.0, 0.0)
+                length = laid if term.rest is None else laid * ufl.sqrt(1 - 2 * term.rest)
+                raised = up(term.side) if term.side else up
+                self._weight.append(number(weight.cables) * length * raised * term.measure)
         self._volume = film_volume_change(u, X, self.frame) * dx
         if self.has_energy:
-            self._elastic = sum(cords, area * film.energy(strain, number) * dx)
+            self._elastic = sum(cables, area * film.energy(strain, number) * dx)
         self._moment = None
         gas, level, rise = balloon.load, number(balloon.gas_level), number(balloon.load.gradient)
         if gas.gradient:
@@ -122,7 +122,7 @@ class WeakForms:
             )
             load = -local * pressure_work(u, v, self.frame) * dx
         # the energies whose derivative is taken; the work of the rest is written as it is
-        energies = [*(cords if film.by_stress else [self._elastic]), *self._weight]
+        energies = [*(cables if film.by_stress else [self._elastic]), *self._weight]
         residual = ufl.derivative(sum(energies[1:], energies[0]), u, v) if energies else 0
         residual += load
         bend = _even(lambda d: pattern.linear(green_lagrange(d, self.frame)), self.increment)
@@ -146,7 +146,7 @@ class WeakForms:
 
     @cached_property
     def elastic(self) -> Any:
-        """Strain energy of film and cords [J]."""
+        """Strain energy of film and cables [J]."""
         return dolfinx_compat.form(self._elastic)
 
     @cached_property
@@ -210,19 +210,19 @@ class WeakForms:
 
     @cached_property
     def pulls(self) -> Any:
-        """Tensions of the cords, integrated over their lengths [N m], for `Cordage.sums`."""
-        # second Piola tension times stretch: the force in the deformed cord
-        return self.cordage.compile(
+        """Tensions of the cables, integrated over their lengths [N m], for `CableForms.sums`."""
+        # second Piola tension times stretch: the force in the deformed cable
+        return self.cable_forms.compile(
             [
-                strand.force(e) * ufl.sqrt(1 + 2 * edge_strain(self.u, self.mesh, strand.side))
-                for strand, e in zip(self.cordage.strands, self._strains, strict=True)
+                term.force(e) * ufl.sqrt(1 + 2 * edge_strain(self.u, self.mesh, term.side))
+                for term, e in zip(self.cable_forms.terms, self._strains, strict=True)
             ]
         )
 
     @cached_property
     def lengths(self) -> Any:
-        """Reference lengths of the cords [m]."""
-        return self.cordage.sums(self.cordage.compile([1.0] * len(self.cordage.strands)))
+        """Reference lengths of the cables [m]."""
+        return self.cable_forms.sums(self.cable_forms.compile([1.0] * len(self.cable_forms.terms)))
 
     @cached_property
     def directions(self) -> tuple[Any, Any]:

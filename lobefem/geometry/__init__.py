@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from lobefem.geometry.cylinder import Cylinder
     from lobefem.geometry.isotensoid import Isotensoid
     from lobefem.geometry.meridian import Lobe
-    from lobefem.geometry.natural_shape import FormedLobe, isotensoid_stiffness
+    from lobefem.geometry.natural_shape import NaturalShape, isotensoid_stiffness
     from lobefem.geometry.stacks import coarser, cylinder, lobed_cylinder, sector_of
     from lobefem.geometry.surface import Surface
 
 __all__ = [
     "Cylinder",
-    "FormedLobe",
     "Isotensoid",
     "Lobe",
+    "NaturalShape",
     "Surface",
     "coarser",
     "cylinder",
@@ -33,7 +33,7 @@ __all__ = [
 
 _HOME = {
     "Cylinder": "cylinder",
-    "FormedLobe": "natural_shape",
+    "NaturalShape": "natural_shape",
     "Isotensoid": "isotensoid",
     "Lobe": "meridian",
     "Surface": "surface",

@@ -15,14 +15,14 @@ from lobefem.typing import Array, Integers
 
 from dolfinx.cpp.io import perm_vtk
 
-__all__ = ["Whole", "at_nodes", "gather", "to_pyvista"]
+__all__ = ["GatheredMesh", "at_nodes", "gather", "to_pyvista"]
 
 # by nodes of a cell: three, four, six and nine
 _VTK_TYPES = {3: 5, 4: 9, 6: 22, 9: 28}
 
 
 @dataclass(frozen=True)
-class Whole(Frozen):
+class GatheredMesh(Frozen):
     """A mesh and its fields on one rank.
 
     Attributes:
@@ -40,7 +40,7 @@ class Whole(Frozen):
 
 def gather(
     mesh: Any, nodal: Mapping[str, npt.NDArray[Any]], cellwise: Mapping[str, npt.NDArray[Any]]
-) -> Whole | None:
+) -> GatheredMesh | None:
     """Nodes, cells and fields of all ranks on rank 0, None elsewhere. Collective.
 
     Rank 0 holds the whole film then, 24 bytes a node or cell for each vector field: 8 MB a field for a
@@ -71,7 +71,7 @@ def gather(
     if comm.rank != 0:
         return None
     of_nodes, of_cells = (np.argsort(np.concatenate([p[k] for p in parts])) for k in (0, 1))
-    return Whole(
+    return GatheredMesh(
         x=np.concatenate([p[2] for p in parts])[of_nodes],
         cells=np.concatenate([p[3] for p in parts])[of_cells],
         nodal={name: np.concatenate([p[4][name] for p in parts])[of_nodes] for name in nodal},
@@ -91,7 +91,7 @@ def at_nodes(V: Any, field: Array) -> Array:
     return out
 
 
-def to_pyvista(whole: Whole) -> Any:
+def to_pyvista(whole: GatheredMesh) -> Any:
     """A PyVista grid of it, fields as point and cell data. Needs no communication."""
     import pyvista
 

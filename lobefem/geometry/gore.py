@@ -1,13 +1,13 @@
 """Gores: film that bulges between two neighbouring tendons of a pumpkin balloon.
 
-A tendon lies in a meridional plane on a curve r(s), z(s). In the plane normal to it, halfway between two tendons,
-the film is an arc of radius rho and half angle alpha over the chord 2 h = 2 r sin(pi/N):
+A tendon lies in a meridional plane on a curve r(s), z(s). In the plane normal to it, halfway between two
+tendons, the film is an arc of radius rho and half angle alpha over the chord 2 h = 2 r sin(pi/N):
 
     sin alpha = h/rho,   half-width w = rho alpha,   rise d = h tan(alpha/2).
 
-The reference surface is X(s, xi) = r cos(pi/N) e_r + n rho (cos(alpha xi) - cos alpha) + e_theta rho sin(alpha xi),
-xi from -1 to 1, with e_r and e_theta of the gore's middle and n the curve's outward normal there. A gore is cut
-flat, with x the length of its centre line and y = w xi (docs/theory/pumpkin.md).
+The reference surface is X(s, xi) = r cos(pi/N) e_r + n rho (cos(alpha xi) - cos alpha) + e_theta rho
+sin(alpha xi), xi from -1 to 1, with e_r and e_theta of the gore's middle and n the curve's outward normal
+there. A gore is cut flat, with x the length of its centre line and y = w xi (docs/theory/pumpkin.md).
 """
 
 from __future__ import annotations
@@ -144,8 +144,8 @@ class TabulatedWidth(Lobes):
             worst = int(np.argmax(ratio))
             raise InputError(
                 f"the gore's half-width at {s[worst] / length:.3g} of its length is "
-                f"{chord[worst] / ratio[worst]:.4g} m, less than the half chord of {chord[worst]:.4g} m between "
-                "the tendons; give wider gores, more of them, or a smaller balloon"
+                f"{chord[worst] / ratio[worst]:.4g} m, less than the half chord of {chord[worst]:.4g} m "
+                "between the tendons; give wider gores, more of them, or a smaller balloon"
             )
         return _angle_of(np.minimum(ratio, 1.0))
 
@@ -153,7 +153,8 @@ class TabulatedWidth(Lobes):
 def _check_angle(angle: float) -> None:
     if not 0 <= checks.finite("the half angle of a lobe", angle, "rad") <= math.pi / 2:
         raise InputError(
-            f"the half angle of a lobe is {math.degrees(angle):.4g} degrees; give 0 to 90 (half of the bulge angle)"
+            f"the half angle of a lobe is {math.degrees(angle):.4g} degrees; give 0 to 90 (half of the bulge "
+            "angle)"
         )
 
 

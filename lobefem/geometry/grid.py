@@ -18,14 +18,22 @@ from lobefem.frozen import Frozen
 from lobefem.geometry.gmsh import Meridian, RawMesh
 from lobefem.typing import Array, Integers
 
-__all__ = ["Net", "grid", "place", "sector_of", "structured_net", "unstructured_net", "with_midpoints"]
+__all__ = [
+    "SurfaceGrid",
+    "grid",
+    "place",
+    "sector_of",
+    "structured_grid",
+    "unstructured_grid",
+    "with_midpoints",
+]
 
 # Edges of a cell in DOLFINx's order, as pairs of its vertices
 _EDGES = {3: ((1, 2), (0, 2), (0, 1)), 4: ((0, 1), (0, 2), (1, 3), (2, 3))}
 
 
 @dataclass(frozen=True)
-class Net(Frozen):
+class SurfaceGrid(Frozen):
     """Nodes and cells in surface coordinates: all of a surface's, or those of some rows of a grid.
 
     Args:
@@ -44,13 +52,13 @@ class Net(Frozen):
     rings: list[Integers]
 
 
-def structured_net(
+def structured_grid(
     raw: RawMesh,
     shape: Meridian,
     divisions: tuple[int, int],
     diagonals: str | None,
     grading: float = 0.0,
-) -> Net:
+) -> SurfaceGrid:
     """The `grid` that Gmsh's quadrilaterals are, by row i and column j.
 
     Raises:
@@ -87,7 +95,7 @@ def grid(
     grading: float = 0.0,
     share: int = 0,
     of: int = 1,
-) -> Net:
+) -> SurfaceGrid:
     """A structured net, or the rows of one of several equal shares.
 
     Node (i, j) of N columns has the number i N + j and lies at t = i arc_length / M, theta =
@@ -127,7 +135,7 @@ def grid(
         lobe = np.minimum(of_nodes // M, lobes - 1)
         x = 2 * (along - lobe) - 1
         along = lobe + (1 + (1 - grading) * x + grading * np.sin(np.pi / 2 * x)) / 2
-    return Net(
+    return SurfaceGrid(
         t=np.repeat(shape.arc_length * along, N),
         theta=np.tile(2.0 * np.pi * np.arange(N) / N, len(of_nodes)),
         cells=cells,
@@ -136,35 +144,35 @@ def grid(
     )
 
 
-def sector_of(net: Net, columns: int, width: int, sectors: int) -> Net:
+def sector_of(surface_grid: SurfaceGrid, columns: int, width: int, sectors: int) -> SurfaceGrid:
     """The first sector of a structured net, drawn together to its share of a whole turn.
 
     Gmsh's turn has few columns of cells, for all are alike; here the first `width` of them become one of
     `sectors` equal parts.
 
     Args:
-        net: a structured net, linear.
+        surface_grid: a structured net, linear.
         columns: its columns of cells.
         width: columns of cells in a sector.
         sectors: parts of a whole turn.
     """
-    rows = len(net.t) // columns
-    per_lobe = np.diff(net.first_cell)
+    rows = len(surface_grid.t) // columns
+    per_lobe = np.diff(surface_grid.first_cell)
     per_cell = int(per_lobe.sum()) // ((rows - 1) * columns)  # two triangles for a quadrilateral
-    kept = (np.arange(len(net.cells)) // per_cell) % columns < width
-    number = np.full(len(net.t), -1, dtype=np.int64)
-    nodes = np.flatnonzero(np.arange(len(net.t)) % columns <= width)
+    kept = (np.arange(len(surface_grid.cells)) // per_cell) % columns < width
+    number = np.full(len(surface_grid.t), -1, dtype=np.int64)
+    nodes = np.flatnonzero(np.arange(len(surface_grid.t)) % columns <= width)
     number[nodes] = np.arange(len(nodes))
-    return Net(
-        t=net.t[nodes],
-        theta=net.theta[nodes] * (columns / (width * sectors)),
-        cells=number[net.cells[kept]],
-        first_cell=net.first_cell * width // columns,
-        rings=[number[ring[:width]] for ring in net.rings],
+    return SurfaceGrid(
+        t=surface_grid.t[nodes],
+        theta=surface_grid.theta[nodes] * (columns / (width * sectors)),
+        cells=number[surface_grid.cells[kept]],
+        first_cell=surface_grid.first_cell * width // columns,
+        rings=[number[ring[:width]] for ring in surface_grid.rings],
     )
 
 
-def unstructured_net(raw: RawMesh, shape: Meridian) -> Net:
+def unstructured_grid(raw: RawMesh, shape: Meridian) -> SurfaceGrid:
     """Turn Gmsh's cells outwards and sort them by lobe; the numbers of the nodes stay."""
     t, theta = _on_surface(raw, shape)
     for k, ring in enumerate(raw.rings):
@@ -179,38 +187,39 @@ def unstructured_net(raw: RawMesh, shape: Meridian) -> Net:
     if cells.shape[1] == 4:
         cells = cells[:, [0, 1, 3, 2]]  # DOLFINx numbers the corners row by row
     lobes = np.arange(len(raw.rings))
-    return Net(t, theta, cells, np.searchsorted(raw.lobes[order], lobes), raw.rings)
+    return SurfaceGrid(t, theta, cells, np.searchsorted(raw.lobes[order], lobes), raw.rings)
 
 
-def with_midpoints(net: Net) -> Net:
+def with_midpoints(surface_grid: SurfaceGrid) -> SurfaceGrid:
     """Add the nodes of quadratic cells, at mid-points in (t, theta): they lie on the surface.
 
     The vertices keep their numbers, then come the nodes of edges and, for quadrilaterals, of
     cells. An isoparametric cell then interpolates the exact surface to third order.
     """
-    corners = net.cells.shape[1]
+    corners = surface_grid.cells.shape[1]
     pairs = np.array(_EDGES[corners])
     edges, edge_of = np.unique(
-        np.sort(net.cells[:, pairs].reshape(-1, 2), axis=1) @ [len(net.t), 1], return_inverse=True
+        np.sort(surface_grid.cells[:, pairs].reshape(-1, 2), axis=1) @ [len(surface_grid.t), 1],
+        return_inverse=True,
     )
-    ends = np.column_stack(np.divmod(edges, len(net.t)))
+    ends = np.column_stack(np.divmod(edges, len(surface_grid.t)))
     groups = [ends]
-    cells = [net.cells, len(net.t) + edge_of.reshape(-1, len(pairs))]
+    cells = [surface_grid.cells, len(surface_grid.t) + edge_of.reshape(-1, len(pairs))]
     if corners == 4:
-        groups.append(net.cells)
-        cells.append(len(net.t) + len(ends) + np.arange(len(net.cells))[:, None])
-    t, theta = [net.t], [net.theta]
+        groups.append(surface_grid.cells)
+        cells.append(len(surface_grid.t) + len(ends) + np.arange(len(surface_grid.cells))[:, None])
+    t, theta = [surface_grid.t], [surface_grid.theta]
     for nodes in groups:
-        t.append(net.t[nodes].mean(axis=1))
-        start = net.theta[nodes[:, :1]]
-        turn = np.remainder(net.theta[nodes] - start + np.pi, 2.0 * np.pi) - np.pi
+        t.append(surface_grid.t[nodes].mean(axis=1))
+        start = surface_grid.theta[nodes[:, :1]]
+        turn = np.remainder(surface_grid.theta[nodes] - start + np.pi, 2.0 * np.pi) - np.pi
         theta.append(start[:, 0] + turn.mean(axis=1))
-    return Net(
+    return SurfaceGrid(
         t=np.concatenate(t),
         theta=np.concatenate(theta),
         cells=np.concatenate(cells, axis=1),
-        first_cell=net.first_cell,
-        rings=net.rings,
+        first_cell=surface_grid.first_cell,
+        rings=surface_grid.rings,
     )
 
 

@@ -1,8 +1,8 @@
 """The lobe that a cylinder of fixed-direction film takes up under pressure, in closed form.
 
 All surfaces of revolution that carry a uniform pressure p without hoop stress: with the tension c p of
-each meridian per unit of azimuth (`lobefem.geometry.meridian`) and phi the angle between meridian and horizontal
-plane, d(sin phi)/dR = R/c. With s the arc length from the equator, l = sqrt c and m > 0,
+each meridian per unit of azimuth (`lobefem.geometry.meridian`) and phi the angle between meridian and
+horizontal plane, d(sin phi)/dR = R/c. With s the arc length from the equator, l = sqrt c and m > 0,
 
     R = R0 cn(s/l | m),   z = l (2 E(am(s/l)) - s/l),   R0 = 2 l sqrt m,   dz/ds = 2 dn^2 - 1.
 
@@ -27,7 +27,7 @@ from lobefem.errors import InputError
 from lobefem.geometry.meridian import Lobe
 from lobefem.typing import Array
 
-__all__ = ["FORMING_PRESSURE", "FormedLobe", "isotensoid_stiffness"]
+__all__ = ["FORMING_PRESSURE", "NaturalShape", "isotensoid_stiffness"]
 
 FORMING_PRESSURE = 37.5  # [Pa], at which the paper's cylinder becomes an isotensoid (fig. 9c)
 
@@ -54,7 +54,7 @@ def _last_argument(m: float) -> float:
 
 
 @dataclass(frozen=True)
-class FormedLobe(Lobe):
+class NaturalShape(Lobe):
     """One lobe without hoop stress.
 
     Args:
@@ -82,7 +82,7 @@ class FormedLobe(Lobe):
             )
 
     @classmethod
-    def between_rims(cls, radius: float, length: float, m: float = 0.5) -> FormedLobe:
+    def between_rims(cls, radius: float, length: float, m: float = 0.5) -> NaturalShape:
         """The lobe through two equal rims.
 
         Args:
@@ -106,7 +106,7 @@ class FormedLobe(Lobe):
         return cls(radius / float(_elliptic(u, m)[1]), m, u)
 
     @classmethod
-    def inflated(cls, radius: float, length: float, Et: float, pressure: float) -> FormedLobe:
+    def inflated(cls, radius: float, length: float, Et: float, pressure: float) -> NaturalShape:
         """The lobe that a cylinder of fixed-direction film becomes between fixed rims: m solved for.
 
         The fibres have the energy E t e^2/2 per reference area in the Green-Lagrange strain
@@ -245,7 +245,7 @@ def isotensoid_stiffness(radius: float, length: float, pressure: float = FORMING
     """E t [N/m] of the film whose cylinder a pressure forms into an isotensoid between its rims.
 
     With a the isotensoid's arc over the cylinder's length, c = R0^2/2 and the balance of
-    `FormedLobe.inflated`,
+    `NaturalShape.inflated`,
 
         E t = p R0^2/(r a (a^2 - 1)):
 
@@ -260,7 +260,7 @@ def isotensoid_stiffness(radius: float, length: float, pressure: float = FORMING
         InputError: a number that is not positive.
     """
     checks.positive("the forming pressure", pressure, "Pa")
-    lobe = FormedLobe.between_rims(radius, length)
+    lobe = NaturalShape.between_rims(radius, length)
     return pressure * lobe.meridional_tension / fibre_tension(radius, lobe.arc_length / length, 1.0)
 
 

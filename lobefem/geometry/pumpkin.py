@@ -1,8 +1,8 @@
-"""Surfaces of pumpkin balloons: all gores, or one of them, on a structured grid with tendons and fittings named.
+"""Surfaces of pumpkin balloons, all gores or one of them, on a structured grid.
 
-Tendon k lies at the azimuth 2 pi (k - 1)/N, gore k between it and the next one; the axis is the z axis. One gore has
-two tendons, of which the second one is the first of the next gore. Every gore is the first one rotated, and
-its grid is its own mirror image.
+Tendon k lies at the azimuth 2 pi (k - 1)/N, gore k between it and the next one; the axis is the z axis. One
+gore has two tendons, of which the second one is the first of the next gore. Every gore is the first one
+rotated, and its grid is its own mirror image.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ class GoreGrid:
         s: arc length of each node along the tendon [m] (n,).
         xi: place of each node across, -1 to 1 (n,).
         cells: nodes in DOLFINx's order (m, nodes per cell), normals outwards.
-        rows, columns: nodes along and across, mid-side ones included; node (i, j) has the number i columns + j.
+        rows, columns: nodes along and across, mid-side ones included; node (i, j) has the number i columns +
+        j.
     """
 
     s: Array
@@ -63,8 +64,8 @@ def gore_grid(length: float, divisions: tuple[int, int], cell: str, order: int, 
     x = np.linspace(-1.0, 1.0, rows)
     s = length * (1 + (1 - grading) * x + grading * np.sin(np.pi * x / 2)) / 2
     xi = np.linspace(-1.0, 1.0, columns)
-    i, j = np.meshgrid(order * np.arange(divisions[0]), order * np.arange(divisions[1]), indexing="ij")
-    i, j = i.ravel(), j.ravel()
+    i = np.repeat(order * np.arange(divisions[0]), divisions[1])
+    j = np.tile(order * np.arange(divisions[1]), divisions[0])
 
     def node(di: int, dj: int) -> Integers:
         """Nodes at half steps from the corners of all cells."""
@@ -164,8 +165,8 @@ class PumpkinRecipe:
         lines, values = _edges(grid, gores, self.order, full)
         groups = {f"gore_{k}": (2, k) for k in range(1, gores + 1)}
         groups |= {f"tendon_{k + 1}": (1, _TENDON + k + 1) for k in range(gores if full else 2)}
-        groups |= {name: (1, _NADIR) for name in ("nadir", "rim_bottom")}
-        groups |= {name: (1, _APEX) for name in ("apex", "rim_top")}
+        groups |= dict.fromkeys(("nadir", "rim_bottom"), (1, _NADIR))
+        groups |= dict.fromkeys(("apex", "rim_top"), (1, _APEX))
         num_nodes = comm.bcast(None if x is None else len(x))
         logger.info("meshed %d gore(s): %d nodes", gores, num_nodes)
         return Surface(

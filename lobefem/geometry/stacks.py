@@ -57,7 +57,7 @@ def lobed_cylinder(
     Args:
         lobes: number of lobes, 1 or more.
         divisions: structured cells (along one lobe's meridian, around the axis), at least (2, 3).
-        shape: one lobe, an `Isotensoid` or a `FormedLobe`; the paper's design (edge radius 2 m,
+        shape: one lobe, an `Isotensoid` or a `NaturalShape`; the paper's design (edge radius 2 m,
             truncation 0.55) when None.
         cell: 'triangle' or 'quadrilateral'.
         order: degree of the geometry, 1 (flat facets) or 2.
@@ -77,7 +77,7 @@ def lobed_cylinder(
         shape = Isotensoid.from_edge_radius()
     if not isinstance(shape, Lobe):
         raise InputError(
-            f"shape is {shape!r}; give an Isotensoid, a FormedLobe, or None for the paper's design"
+            f"shape is {shape!r}; give an Isotensoid, a NaturalShape, or None for the paper's design"
         )
     return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, grading, layout, size, sector, comm)
 
@@ -153,7 +153,7 @@ def _make(
         raise InputError(f"grading = {grading} must lie in [0, 0.95], and a structured mesh takes it only")
 
     counts = sectors = None
-    build: Callable[[], grid.Net]
+    build: Callable[[], grid.SurfaceGrid]
     if layout == "structured":
         counts = _divisions(divisions, least, lobes, alternating)
         sectors = counts[1] // 2 if alternating else counts[1]
@@ -176,13 +176,15 @@ def _make(
     nodes *= order**2
     fewer = "try fewer divisions" if layout == "structured" else "try a larger size"
     require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
-    net: grid.Net | None
+    surface_grid: grid.SurfaceGrid | None
     if counts is not None and (comm.size > 1 or known) and order == 1:  # each rank numbers its own rows
-        net = grid.grid(shape, lobes, counts, cut, grading, comm.rank, comm.size)
+        surface_grid = grid.grid(shape, lobes, counts, cut, grading, comm.rank, comm.size)
     else:
-        net = distribute.on_root(comm, build)
-    x = None if net is None else grid.place(shape, lobes, net.t, net.theta)
-    mesh = distribute.distribute_mesh(comm, cell, order, x, None if net is None else net.cells)
+        surface_grid = distribute.on_root(comm, build)
+    x = None if surface_grid is None else grid.place(shape, lobes, surface_grid.t, surface_grid.theta)
+    mesh = distribute.distribute_mesh(
+        comm, cell, order, x, None if surface_grid is None else surface_grid.cells
+    )
     mesh.name = "film"
     manifold.vouch(mesh)
 
@@ -191,8 +193,10 @@ def _make(
     rim = max(_RIM, _SEAM + lobes)  # beyond a hundred lobes the rims make way for the seams
     groups |= {"rim_bottom": (1, rim + 1), "rim_top": (1, rim + 2)}
     values = [rim + 1, *range(_SEAM + 1, _SEAM + lobes), rim + 2]
-    first_cell, rings = comm.bcast(None if net is None else (net.first_cell, net.rings), root=0)
-    num_nodes = comm.allreduce(0 if net is None else len(net.t))
+    first_cell, rings = comm.bcast(
+        None if surface_grid is None else (surface_grid.first_cell, surface_grid.rings), root=0
+    )
+    num_nodes = comm.allreduce(0 if surface_grid is None else len(surface_grid.t))
     surface = Surface(
         mesh=mesh,
         lobes=distribute.lobe_tags(mesh, first_cell),
@@ -218,15 +222,15 @@ def _structured(
     grading: float,
     order: int,
     sectors: int | None,
-) -> grid.Net:
+) -> grid.SurfaceGrid:
     along, around = divisions
     # of one sector Gmsh meshes a coarse turn, all of whose columns are alike
     columns = around if sectors is None else min(around, 4)
     raw = gmsh.structured(shape, lobes, (along, columns))
-    net = grid.structured_net(raw, shape, (along, columns), diagonals, grading)
+    surface_grid = grid.structured_grid(raw, shape, (along, columns), diagonals, grading)
     if sectors is not None:
-        net = grid.sector_of(net, columns, around // sectors, sectors)
-    return net if order == 1 else grid.with_midpoints(net)
+        surface_grid = grid.sector_of(surface_grid, columns, around // sectors, sectors)
+    return surface_grid if order == 1 else grid.with_midpoints(surface_grid)
 
 
 def sector_of(surface: Surface, axis: Axis | None = None) -> Surface:
@@ -279,9 +283,11 @@ def _alike(
     )  # fmt: skip
 
 
-def _unstructured(shape: Lobe | Cylinder, lobes: int, size: float, corners: int, order: int) -> grid.Net:
-    net = grid.unstructured_net(gmsh.unstructured(shape, lobes, size, corners), shape)
-    return net if order == 1 else grid.with_midpoints(net)
+def _unstructured(
+    shape: Lobe | Cylinder, lobes: int, size: float, corners: int, order: int
+) -> grid.SurfaceGrid:
+    surface_grid = grid.unstructured_grid(gmsh.unstructured(shape, lobes, size, corners), shape)
+    return surface_grid if order == 1 else grid.with_midpoints(surface_grid)
 
 
 def _divisions(divisions: Any, least: tuple[int, int], lobes: int, alternating: bool) -> tuple[int, int]:

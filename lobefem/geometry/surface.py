@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem.display import Glance, Glanceable, number
+from lobefem.display import Summarized, Summary, number
 from lobefem.frozen import Frozen, OnMesh
 from lobefem.geometry import gather, surface_checks
 from lobefem.geometry.axis import Axis
@@ -23,7 +23,7 @@ __all__ = ["Surface"]
 
 
 @dataclass(frozen=True, repr=False)
-class Surface(Frozen, OnMesh, Glanceable):
+class Surface(Frozen, OnMesh, Summarized):
     """A meshed film with its parts named.
 
     One of a mesh of one's own needs the mesh, its tags and their names; what it says of itself is checked
@@ -87,7 +87,7 @@ class Surface(Frozen, OnMesh, Glanceable):
         numbers[self.lobes.indices] = self.lobes.values
         return numbers
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         shape, topology = self.shape, self.mesh.topology
         what = "cylinder" if isinstance(shape, Cylinder) else "lobe"
         mesh = "unstructured" if self.divisions is None else " x ".join(map(str, self.divisions))
@@ -104,7 +104,7 @@ class Surface(Frozen, OnMesh, Glanceable):
                 ("height", number(self.num_lobes * shape.height, "m")),
                 ("volume as designed", number(self.num_lobes * shape.volume, "m^3")),
             ]
-        return Glance(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", tuple(rows))
+        return Summary(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", tuple(rows))
 
 
 def _moved(surface: Surface, axis: Axis | None) -> Surface:

@@ -65,7 +65,9 @@ def checked_fields(surface: Any) -> dict[str, Any]:
             "give triangles or quadrilaterals of degree 1 or 2 in space, of an element with shape=(3,)"
         )
     if surface.shape is not None and not isinstance(surface.shape, (Lobe, Cylinder)):
-        raise InputError(f"shape is {surface.shape!r}; give an Isotensoid, a FormedLobe, a Cylinder or None")
+        raise InputError(
+            f"shape is {surface.shape!r}; give an Isotensoid, a NaturalShape, a Cylinder or None"
+        )
     for name in ("num_lobes", "copies"):
         checks.integer(name, getattr(surface, name), 1)
     for name, group in surface.groups.items():

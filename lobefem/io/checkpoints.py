@@ -139,7 +139,7 @@ def save_modes(path: str | Path, state: Equilibrium, modes: Sequence[Mode], note
 
 
 def load_modes(path: str | Path, balloon: Balloon) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
-    """Read what `save_modes` has written, for a balloon of the same design, on any number of ranks. Collective.
+    """Read what `save_modes` has written, for a balloon of the same design. Collective.
 
     Raises:
         InputError: no such file, no modes, or of another mesh or support.
@@ -149,7 +149,7 @@ def load_modes(path: str | Path, balloon: Balloon) -> tuple[Equilibrium, tuple[M
     if not {"modes", "state", "notes"} <= set(notes):
         raise InputError(f"'{path}' holds no modes; start afresh with --overwrite")
     balloon.set_loads(kept.pressure, kept.prestress)
-    balloon.place(kept.vector())
+    balloon.set_unknowns(kept.vector())
     try:
         return _rebuilt(balloon, kept)
     except (TypeError, KeyError, ValueError, AttributeError) as error:

@@ -248,21 +248,21 @@ class Design(Section):
         from lobefem.model.self_contact import SelfContact
 
         film, plates = self.film, self.plates
-        parts: list[Any] = [GasPressure(self.pressure.load)]
+        components: list[Any] = [GasPressure(self.pressure.load)]
         if self.hoops.enabled:
-            parts.append(Seams(EA=self.hoops.EA))
-        parts.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
+            components.append(Seams(EA=self.hoops.EA))
+        components.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
         touching = [SelfContact()] if contact else []
         built_in = bool(film.prestress) if prestressed is None else prestressed
         path = None
         if built_in and film.setup == "load-path":
             from lobefem.equilibrium.inflation import inflate
 
-            path = inflate(Balloon(surface, self._law("load-path"), parts), self.pressure.value[0])
+            path = inflate(Balloon(surface, self._law("load-path"), components), self.pressure.value[0])
         return Balloon(
             surface,
             self._law(film.law),
-            [*parts, *touching],
+            [*components, *touching],
             prestressed=built_in and path is None,
             hoop_slack=film.hoop_slack if built_in else 0.0,
             load_path=path,

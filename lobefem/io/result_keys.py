@@ -71,7 +71,7 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "residual": ("N", "norm of the unbalanced forces, N m for the plates' moments"),
         "relative_residual": ("", "the same over the norm of the pressure's nodal forces"),
         "volume": ("m^3", "enclosed by film and plates"),
-        "strain_energy": ("J", "of film, cords and bar; null for film without an energy"),
+        "strain_energy": ("J", "of film, cables and bar; null for film without an energy"),
         "max_displacement": (
             "m",
             "largest nodal displacement, without the tilt that a pinned support leaves free",
@@ -182,7 +182,7 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "smallest_gap": ("m", "between parts of the film that share no node; null without contact"),
         "distance": ("m", "of a node from the undistorted shape, at most; null without a release"),
         "rotation": ("rad", "of the rigid motion that was taken out before"),
-        "energy.strain": ("J", "gain of film, cords and bar"),
+        "energy.strain": ("J", "gain of film, cables and bar"),
         "energy.contact": ("J", "of contact"),
         "energy.pressure": ("J", "work of the gas"),
         "energy.constraint": ("J", "work of what imposed the distortion"),

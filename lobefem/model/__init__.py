@@ -1,4 +1,4 @@
-"""Physics as UFL: kinematics, film laws, gas pressure, and the specification of cables, plates, supports, contact.
+"""Physics as UFL: kinematics, film laws, gas pressure, and what cables, plates, supports and contact are.
 
 What belongs here can be written without a mesh: energies and stresses as UFL expressions of a displacement,
 and the frozen records that a design consists of. PETSc and DOLFINx are not imported here.
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from lobefem.faces import face
 
 if TYPE_CHECKING:
-    from lobefem.model.cables import Cords, Hoops
+    from lobefem.model.cables import Cables, Hoops
     from lobefem.model.end_plates import EndPlates, PlateLoad
     from lobefem.model.film import Film, Isotropic
     from lobefem.model.fixed_wrinkles import FixedWrinkles
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from lobefem.model.imp import IMP, PrescribedPath
     from lobefem.model.kinematics import Frame
     from lobefem.model.self_contact import SelfContact
-    from lobefem.model.supports import Held
+    from lobefem.model.supports import Fixed
     from lobefem.model.tension_field import TensionField
 
 __all__ = [
     "IMP",
-    "Cords",
+    "Cables",
     "EndPlates",
     "Film",
+    "Fixed",
     "FixedWrinkles",
     "Frame",
     "GasPressure",
-    "Held",
     "Hoops",
     "Isotropic",
     "PlateLoad",
@@ -40,13 +40,13 @@ __all__ = [
 ]
 
 _HOME = {
-    "Cords": "cables",
+    "Cables": "cables",
     "EndPlates": "end_plates",
     "Film": "film",
     "FixedWrinkles": "fixed_wrinkles",
     "Frame": "kinematics",
     "GasPressure": "gas_pressure",
-    "Held": "supports",
+    "Fixed": "supports",
     "Hoops": "cables",
     "IMP": "imp",
     "Isotropic": "film",

@@ -1,6 +1,6 @@
-"""Cords on edges of the film: hoops on seams, later tendons on gores.
+"""Cables on edges of the film: hoops on seams, later tendons on gores.
 
-A cord is an elastic line without bending stiffness, bonded to a tagged edge of the mesh, energy
+A cable is an elastic line without bending stiffness, bonded to a tagged edge of the mesh, energy
 EA/2 e^2 per reference length with e the Green-Lagrange strain of the edge.
 """
 
@@ -12,20 +12,20 @@ from typing import Any
 from lobefem import checks
 from lobefem.errors import InputError
 
-__all__ = ["Cords", "Hoops", "Tendons"]
+__all__ = ["Cables", "Hoops", "Tendons"]
 
 
 @dataclass(frozen=True)
-class Cords:
-    """Elastic cords along the named edges of a surface.
+class Cables:
+    """Elastic cables along the named edges of a surface.
 
     Args:
         EA: axial stiffness [N]; the paper's 100 x 100 mm steel hoop has 2.15e9.
         on: names of edge groups; a name that ends with * stands for all groups that begin so.
-        tension_per_pressure: tension [N] built into the cord per Pa of prestress, None for the
+        tension_per_pressure: tension [N] built into the cable per Pa of prestress, None for the
             lobe's own seam tension (R0^2 cos(phi) for isotensoids).
-        foreshortening: share by which the cord at rest is shorter than its edge as drawn.
-        tension_only: True for a cord that goes slack without resistance.
+        foreshortening: share by which the cable at rest is shorter than its edge as drawn.
+        tension_only: True for a cable that goes slack without resistance.
 
     Raises:
         InputError: EA is not a positive number, the tension no number, or `on` no names.
@@ -38,18 +38,19 @@ class Cords:
     tension_only: bool = False
 
     def __post_init__(self) -> None:
-        checks.positive("cord EA", self.EA, "N")
+        checks.positive("cable EA", self.EA, "N")
         if self.tension_per_pressure is not None:
-            checks.finite("a cord's tension_per_pressure", self.tension_per_pressure, "N/Pa")
-        if not -0.5 < checks.finite("a cord's foreshortening", self.foreshortening, "") < 0.5:
+            checks.finite("a cable's tension_per_pressure", self.tension_per_pressure, "N/Pa")
+        if not -0.5 < checks.finite("a cable's foreshortening", self.foreshortening, "") < 0.5:
             raise InputError(
-                f"a cord's foreshortening is {self.foreshortening}; give a share of its length, as 0.02 for 2 %"
+                f"a cable's foreshortening is {self.foreshortening}; give a share of its length, as 0.02 for "
+                "2 %"
             )
         if not isinstance(self.on, (tuple, list)) or not all(isinstance(name, str) for name in self.on):
-            raise InputError(f"a cord is on {self.on!r}; give names of edge groups, as ('seam_*',)")
+            raise InputError(f"a cable is on {self.on!r}; give names of edge groups, as ('seam_*',)")
 
     def groups(self, surface: Any) -> tuple[str, ...]:
-        """Names of the surface's edge groups that carry this cord.
+        """Names of the surface's edge groups that carry this cable.
 
         A single lobe has no seams: "seam_*" then names none.
 
@@ -71,7 +72,7 @@ class Cords:
 
     @property
     def reduced_stiffness(self) -> float:
-        """EA/(1 - f)^3 [N], by which the energy per drawn length is that of strain over the length at rest."""
+        """EA/(1 - f)^3 [N], which makes the energy per drawn length that of strain from rest."""
         return self.EA / (1 - self.foreshortening) ** 3
 
     @property
@@ -80,12 +81,12 @@ class Cords:
         return (1 - (1 - self.foreshortening) ** 2) / 2
 
 
-class Hoops(Cords):
+class Hoops(Cables):
     """Stiff hoops on all the seams between lobes (paper fig. 4)."""
 
 
 @dataclass(frozen=True)
-class Tendons(Cords):
+class Tendons(Cables):
     """Tendons between the gores of a pumpkin balloon, which carry tension only.
 
     Of one gore the tendon on its first cut counts, for the other one is the next gore's.
@@ -96,6 +97,6 @@ class Tendons(Cords):
     tension_only: bool = True
 
     def groups(self, surface: Any) -> tuple[str, ...]:
-        """Names of the surface's edge groups that carry this cord: see `Cords.groups`."""
+        """Names of the surface's edge groups that carry this cable: see `Cables.groups`."""
         found = super().groups(surface)
         return found if surface.copies == 1 else found[:1]

@@ -7,42 +7,42 @@ from dataclasses import dataclass
 from typing import Any
 
 from lobefem.errors import InputError
-from lobefem.model.cables import Cords
+from lobefem.model.cables import Cables
 from lobefem.model.dead_weight import DeadWeight
 from lobefem.model.end_plates import EndPlates, PlateLoad
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.self_contact import SelfContact
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 
-__all__ = ["Parts", "row"]
+__all__ = ["Components", "row"]
 
-_KINDS = (GasPressure, Cords, EndPlates, PlateLoad, Held, SelfContact, DeadWeight)
+_KINDS = (GasPressure, Cables, EndPlates, PlateLoad, Fixed, SelfContact, DeadWeight)
 
 
 @dataclass(frozen=True)
-class Parts:
+class Components:
     """At most one gas pressure, by default "closed", pair of plates, load on them and contact."""
 
     load: GasPressure
-    cords: tuple[Cords, ...]
-    held: tuple[Held, ...]
+    cables: tuple[Cables, ...]
+    fixed: tuple[Fixed, ...]
     plates: EndPlates | None
     plate_load: PlateLoad | None
     contact: SelfContact | None
     weight: DeadWeight
 
     @classmethod
-    def sort(cls, parts: Sequence[Any]) -> Parts:
+    def sort(cls, components: Sequence[Any]) -> Components:
         """Parts in any order, as `row` gives them.
 
         Raises:
             InputError: something that is no part, or two of which there can be one.
         """
         one = {
-            kind: _single(parts, kind)
+            kind: _single(components, kind)
             for kind in (GasPressure, EndPlates, PlateLoad, SelfContact, DeadWeight)
         }
-        unknown = [p for p in parts if not isinstance(p, _KINDS)]
+        unknown = [p for p in components if not isinstance(p, _KINDS)]
         if unknown:
             names = ", ".join(kind.__name__ for kind in _KINDS)
             if isinstance(unknown[0], type):
@@ -51,8 +51,8 @@ class Parts:
             raise InputError(f"{unknown[0]!r} is no part of a balloon; use one of {names}")
         return cls(
             one[GasPressure] or GasPressure(),
-            tuple(p for p in parts if isinstance(p, Cords)),
-            tuple(p for p in parts if isinstance(p, Held)),
+            tuple(p for p in components if isinstance(p, Cables)),
+            tuple(p for p in components if isinstance(p, Fixed)),
             one[EndPlates],
             one[PlateLoad],
             one[SelfContact],
@@ -60,21 +60,23 @@ class Parts:
         )
 
 
-def row(parts: Any) -> tuple[Any, ...]:
+def row(components: Any) -> tuple[Any, ...]:
     """Parts as a tuple; a single one needs no brackets.
 
     Raises:
         InputError: something else than a part or a row of things.
     """
-    if isinstance(parts, _KINDS):
-        return (parts,)
-    if isinstance(parts, str) or not isinstance(parts, Iterable):
-        raise InputError(f"parts are {parts!r}; give a list of them, such as [GasPressure(), EndPlates()]")
-    return tuple(parts)
+    if isinstance(components, _KINDS):
+        return (components,)
+    if isinstance(components, str) or not isinstance(components, Iterable):
+        raise InputError(
+            f"parts are {components!r}; give a list of them, such as [GasPressure(), EndPlates()]"
+        )
+    return tuple(components)
 
 
-def _single(parts: Sequence[Any], kind: type) -> Any:
-    found = [p for p in parts if isinstance(p, kind)]
+def _single(components: Sequence[Any], kind: type) -> Any:
+    found = [p for p in components if isinstance(p, kind)]
     if len(found) > 1:
         raise InputError(f"a balloon takes one {kind.__name__}, not {len(found)}")
     return found[0] if found else None

@@ -1,9 +1,9 @@
 """Film cut from flat patterns: strain and area by pattern coordinates (UFL).
 
 Gores are cut flat and joined; the surface on which the film is meshed is not free of stress. Pattern
-coordinates P (two components, each gore with its own) give the flat place of every point, F = grad x (grad P)^-1,
-and with A = dP/ds in the film's frame the Green-Lagrange strain A^-T (E + (I - A^T A)/2) A^-1. The first pattern
-axis takes the meridian's place in laws that know a direction.
+coordinates P (two components, each gore with its own) give the flat place of every point, F = grad x (grad
+P)^-1, and with A = dP/ds in the film's frame the Green-Lagrange strain A^-T (E + (I - A^T A)/2) A^-1. The
+first pattern axis takes the meridian's place in laws that know a direction.
 """
 
 from __future__ import annotations

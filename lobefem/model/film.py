@@ -191,6 +191,7 @@ def require_one_tangent(film: Film, hoop_slack: float) -> None:
     if film.one_sided is not None and not hoop_slack:
         raise InputError(
             f"the ideal state of {type(film).__name__} film lies on the border of taut and wrinkled, where "
-            "its tangent jumps; use one_sided_modes, one_sided_pressures or one_sided_charts of lobefem.stability.one_sided "
+            "its tangent jumps; use one_sided_modes, one_sided_pressures or one_sided_charts of "
+            "lobefem.stability.one_sided "
             "for bounds, or look at the inflated state"
         )

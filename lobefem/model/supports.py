@@ -12,11 +12,11 @@ from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.typing import Array
 
-__all__ = ["Held"]
+__all__ = ["Fixed"]
 
 
 @dataclass(frozen=True)
-class Held:
+class Fixed:
     """Displacement components that are given, zero by default, for films without plates.
 
     Args:

@@ -81,8 +81,8 @@ class TensionField(Film):
 class WrinkledField(TensionField):
     """The tension field's wrinkled state alone, w = E t/2 <e1>^2, continued where the film is taut.
 
-    For one-sided tangents at the boundary between the two (`lobefem.stability.one_sided`). No larger than the tension
-    field's own energy, for it leaves out E t/(2(1 - nu^2)) <e2 + nu e1>^2.
+    For one-sided tangents at the boundary between the two (`lobefem.stability.one_sided`). No larger than the
+    tension field's own energy, for it leaves out E t/(2(1 - nu^2)) <e2 + nu e1>^2.
     """
 
     has_tangent_at_rest: ClassVar[bool] = False  # it depends on the direction of the pull

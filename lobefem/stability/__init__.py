@@ -13,7 +13,7 @@ from lobefem.linalg import dolfinx_compat as _dolfinx_compat  # first: it finds 
 
 if TYPE_CHECKING:
     from lobefem.stability.continuum import continuum_pressure
-    from lobefem.stability.harmonic_buckling import HarmonicChart, harmonic_chart
+    from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
     from lobefem.stability.mesh_convergence import MeshStudy, mesh_study
     from lobefem.stability.modes import Mode, Modes, find_modes
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CriticalPoint",
     "CriticalPressure",
-    "HarmonicChart",
+    "HarmonicPressures",
     "MeshStudy",
     "Mode",
     "Modes",
@@ -36,7 +36,7 @@ __all__ = [
     "critical_point",
     "critical_pressure",
     "find_modes",
-    "harmonic_chart",
+    "harmonic_pressures",
     "mesh_study",
     "perturb",
     "release",
@@ -46,7 +46,7 @@ __all__ = [
 _HOME = {
     "CriticalPoint": "nonlinear_buckling",
     "CriticalPressure": "linear_buckling",
-    "HarmonicChart": "harmonic_buckling",
+    "HarmonicPressures": "harmonic_buckling",
     "MeshStudy": "mesh_convergence",
     "Mode": "modes",
     "Modes": "modes",
@@ -57,7 +57,7 @@ _HOME = {
     "critical_point": "nonlinear_buckling",
     "critical_pressure": "linear_buckling",
     "find_modes": "modes",
-    "harmonic_chart": "harmonic_buckling",
+    "harmonic_pressures": "harmonic_buckling",
     "mesh_study": "mesh_convergence",
     "perturb": "perturbation",
     "release": "relaxation",

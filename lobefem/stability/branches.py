@@ -40,7 +40,7 @@ class Branch(Frozen):
         pressures: ascending, shape (points,) [Pa].
         values: real parts of lambda, shape (points,) [Pa/m with unit mass, N/m with nodal mass].
         members: at each pressure the indices in `Modes` of its modes; none if not made from `Modes`.
-        likeness: the least |P a|^2 from one pressure to the next.
+        mac: the least |P a|^2 from one pressure to the next.
     """
 
     kind: str
@@ -49,7 +49,7 @@ class Branch(Frozen):
     pressures: Array
     values: Array
     members: tuple[tuple[int, ...], ...] = ()
-    likeness: float = 1.0
+    mac: float = 1.0
 
     @property
     def name(self) -> str:
@@ -65,7 +65,7 @@ class _Track:
     members: list[int] = field(default_factory=list)
     values: list[complex] = field(default_factory=list)
     looks: list[tuple[str, int]] = field(default_factory=list)
-    likeness: float = 1.0
+    mac: float = 1.0
 
 
 def follow(sweep: Sequence[Modes]) -> list[Branch]:
@@ -88,11 +88,11 @@ def follow(sweep: Sequence[Modes]) -> list[Branch]:
         found: list[tuple[_Track, Array]] = []
         taken = _match(modes, vectors, spaces)
         for k, space in enumerate(spaces):
-            before = [(i, likeness) for i, (at, likeness) in taken.items() if at == k]
+            before = [(i, mac) for i, (at, mac) in taken.items() if at == k]
             basis, continued = _turned(modes, space, vectors[:, [i for i, _ in before]])
             ways = [active[i] for i, _ in before]
-            for way, (_, likeness) in zip(ways, before, strict=True):
-                way.likeness = min(way.likeness, likeness)
+            for way, (_, mac) in zip(ways, before, strict=True):
+                way.mac = min(way.mac, mac)
             new = [_Track() for _ in range(basis.shape[1] - continued)]
             tracks += new
             share = _inner(modes, space.fields, basis) ** 2
@@ -110,10 +110,10 @@ def unclear(first: Modes, second: Modes) -> bool:
     That is one which the second modes hold (by more than 0.8), but none of their eigenspaces alone
     (by 0.6). Collective.
     """
-    likeness = _likeness(second, _normed(first, _fields(first)), _spaces(second))
-    if not likeness.size:
+    mac = _mac(second, _normed(first, _fields(first)), _spaces(second))
+    if not mac.size:
         return False
-    return bool(((likeness.max(axis=1) < 0.6) & (likeness.sum(axis=1) > 0.8)).any())
+    return bool(((mac.max(axis=1) < 0.6) & (mac.sum(axis=1) > 0.8)).any())
 
 
 # --- the geometry of modes ----------------------------------------------------------------------
@@ -177,13 +177,13 @@ def _spaces(modes: Modes) -> list[_Space]:
     return result
 
 
-def _likeness(modes: Modes, vectors: Array, spaces: Sequence[_Space]) -> Array:
+def _mac(modes: Modes, vectors: Array, spaces: Sequence[_Space]) -> Array:
     """|P a|^2 of each vector (rows) in each space (columns). Collective."""
     if not vectors.shape[1]:
         return np.zeros((0, len(spaces)))
-    parts = _inner(modes, np.hstack([s.basis for s in spaces]), vectors) ** 2
+    components = _inner(modes, np.hstack([s.basis for s in spaces]), vectors) ** 2
     starts = np.cumsum([0] + [len(s.members) for s in spaces[:-1]])
-    return np.add.reduceat(parts, starts, axis=0).T
+    return np.add.reduceat(components, starts, axis=0).T
 
 
 def _assigned(share: Array) -> list[tuple[int, int]]:
@@ -196,9 +196,9 @@ def _assigned(share: Array) -> list[tuple[int, int]]:
 
 def _match(modes: Modes, vectors: Array, spaces: Sequence[_Space]) -> dict[int, tuple[int, float]]:
     """Space and likeness of each former vector that goes on; a space takes as many as it has modes."""
-    likeness = _likeness(modes, vectors, spaces)
+    mac = _mac(modes, vectors, spaces)
     places = np.repeat(np.arange(len(spaces)), [len(s.members) for s in spaces])
-    pairs = {i: (int(places[j]), float(likeness[i, places[j]])) for i, j in _assigned(likeness[:, places])}
+    pairs = {i: (int(places[j]), float(mac[i, places[j]])) for i, j in _assigned(mac[:, places])}
     return {i: pair for i, pair in pairs.items() if pair[1] >= _LEAST}
 
 
@@ -252,7 +252,7 @@ def _branches(tracks: Sequence[_Track]) -> list[Branch]:
                 np.array(first.pressures),
                 np.array([v.real for v in first.values]),
                 tuple(tuple(sorted(members)) for members in at.values()),
-                min(track.likeness for track in group),
+                min(track.mac for track in group),
             )
         )
         ranks[kind, harmonic] += 1

@@ -56,7 +56,7 @@ def continuum_pressure(harmonic: int, film: Film, shape: Lobe | None = None, *, 
     n = checks.integer("the harmonic", harmonic, 1)
     shape = Isotensoid.from_edge_radius() if shape is None else shape
     if not isinstance(shape, Lobe):
-        raise InputError(f"shape is {shape!r}; give an Isotensoid, a FormedLobe, or None for the paper's")
+        raise InputError(f"shape is {shape!r}; give an Isotensoid, a NaturalShape, or None for the paper's")
     _shares(film)
     return _critical(n, film, shape, checks.integer("the degree", degree, 2))
 

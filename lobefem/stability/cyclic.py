@@ -55,23 +55,25 @@ def sector_balloon(balloon: Balloon) -> Balloon:
     """
     if balloon.surface.copies != 1:
         return balloon.untied()
-    if balloon.guide is not None:
-        raise InputError(f"the balloon is under a {balloon.guide.kind}; its modes are of no single harmonic")
+    if balloon.prescribed is not None:
+        raise InputError(
+            f"the balloon is under a {balloon.prescribed.kind}; its modes are of no single harmonic"
+        )
     if balloon.given_frame is not None:
         raise InputError("a single harmonic needs the film's own frame; leave frame out")
-    if balloon.load_path is not None or any(isinstance(part, PlateLoad) for part in balloon.parts):
+    if balloon.load_path is not None or any(isinstance(part, PlateLoad) for part in balloon.components):
         raise InputError("a single harmonic is of the shape as drawn; leave load_path and PlateLoad out")
     sector = sector_of(balloon.surface, balloon.axis)
-    for cords in balloon.cords:
-        wanted = cords.groups(balloon.surface)
+    for cables in balloon.cables:
+        wanted = cables.groups(balloon.surface)
         # a sector is meshed anew, without the edges that a user has named
-        if not sector.groups.keys() >= set(wanted) or cords.groups(sector) != wanted:
+        if not sector.groups.keys() >= set(wanted) or cables.groups(sector) != wanted:
             raise InputError(
-                f"cords on {', '.join(cords.on)} lie on edges that one sector lacks; leave harmonics out"
+                f"cables on {', '.join(cables.on)} lie on edges that one sector lacks; leave harmonics out"
             )
     # film that does not touch itself feels no contact; `restrict` refuses states in which it does
-    parts = [part for part in balloon.parts if not isinstance(part, SelfContact)]
-    return balloon.with_changes(surface=sector, parts=parts).untied()
+    components = [part for part in balloon.components if not isinstance(part, SelfContact)]
+    return balloon.with_changes(surface=sector, components=components).untied()
 
 
 @dataclass(frozen=True)
@@ -230,12 +232,12 @@ class Sector:
         """The sector's nodal displacements (nodes, 3) of a vector q_n, in the reference shape."""
         q = self.jacobian(harmonic) @ vector
         zero = self.balloon.map.create_vector()
-        parts = []
+        components = []
         for values in (q.real, q.imag):
             dq = self.balloon.map.create_vector()
             dq.array[:] = values
-            parts.append(displacement_of(self.balloon, zero, dq))
-        return parts[0] + 1j * parts[1]
+            components.append(displacement_of(self.balloon, zero, dq))
+        return components[0] + 1j * components[1]
 
     def expand(self, whole: Balloon, vector: ComplexArray, harmonic: int) -> tuple[Any, Any]:
         """The whole balloon's q, real and imaginary part, of a vector q_n. Collective.
@@ -262,10 +264,10 @@ class Sector:
             InputError: the state differs from sector to sector.
         """
         if whole.map.tied:  # the state of one sector: the same film, its cuts untied
-            whole.place(q)
+            whole.set_unknowns(q)
             return self.balloon.map.unknowns(whole.u, whole._w)
         if whole.contact is not None:
-            whole.place(q)
+            whole.set_unknowns(q)
             if whole.contact.measure(whole.u).pairs:
                 raise InputError("the film touches itself, so harmonics are coupled; leave harmonics out")
         places = self._places(whole)

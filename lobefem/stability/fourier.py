@@ -126,8 +126,8 @@ def kind_of(balloon: Balloon, displacement: npt.NDArray[np.complex128], harmonic
     if harmonic == 0:
         _, _, frame = cylindrical(balloon)
         field = np.einsum("nij,nj->ni", frame, displacement[: len(frame)])
-        parts = balloon.comm.allreduce((np.abs(field) ** 2).sum(axis=0))
-        return "twist" if parts[1] > parts.sum() / 2 else "global"
+        components = balloon.comm.allreduce((np.abs(field) ** 2).sum(axis=0))
+        return "twist" if components[1] > components.sum() / 2 else "global"
     return "local" if straining_share(balloon, displacement.real, displacement.imag) > 0.3 else "global"
 
 

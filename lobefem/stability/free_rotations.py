@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from lobefem.fem.balloon import Balloon
-from lobefem.fem.rigid_motions import free_to_turn
+from lobefem.fem.rigid_motions import free_to_rotate
 from lobefem.fem.rigid_plates import rotation
 from lobefem.linalg.slepc import Pair
 from lobefem.typing import Array
@@ -37,11 +37,11 @@ def rotations_in_q(balloon: Balloon, q: Any) -> list[Any]:
     The k-th one turns the plate along its k-th tilt, and all else along with it. None where something
     holds the balloon against them. Collective.
     """
-    if not free_to_turn(balloon):
+    if not free_to_rotate(balloon):
         return []
     constraint, motion = balloon.map, balloon.motion
     assert motion is not None  # pinned
-    balloon.place(q)
+    balloon.set_unknowns(q)
     w, dw, _ = constraint.plate_parameters(constraint.parameters(q))
     arms = balloon.X + balloon.u.x.array.reshape(-1, 3) - motion.centres[0]
     top = motion.centres[1] + w[6:9] - motion.centres[0]

@@ -6,9 +6,9 @@ inner unknowns are eliminated once,
 
     S = A_cc - A_ci A_ii^{-1} A_ic,    S_n = T_n^H S T_n,    T_n = [1, e^{i n alpha} R, plates of n],
 
-for all n together: S is real, and what is left of each harmonic is a dense Hermitian matrix as wide as one cut.
-A_ii and S_n positive definite prove that no eigenvalue of harmonic n lies below sigma, so that Lanczos' method
-on A_n^{-1} M_n finds the lowest ones and none is missed. Harmonic -n has the same eigenvalues.
+for all n together: S is real, and what is left of each harmonic is a dense Hermitian matrix as wide as one
+cut. A_ii and S_n positive definite prove that no eigenvalue of harmonic n lies below sigma, so that Lanczos'
+method on A_n^{-1} M_n finds the lowest ones and none is missed. Harmonic -n has the same eigenvalues.
 """
 
 from __future__ import annotations
@@ -168,8 +168,8 @@ class Condensed:
         return x
 
     def _solve_complex(self, b: ComplexArray) -> ComplexArray:
-        parts = self._solve_inner(np.stack([b.real, b.imag], axis=1))
-        return parts[:, 0] + 1j * parts[:, 1]
+        components = self._solve_inner(np.stack([b.real, b.imag], axis=1))
+        return components[:, 0] + 1j * components[:, 1]
 
     def _basis(self, harmonic: int) -> Any:
         """T_n: from the near cut and the plates of n to both cuts and all plates."""
@@ -260,7 +260,7 @@ def modes_of_sector(
     """
     sector = GoreSector(balloon)
     loose = sector.balloon
-    balloon.place(q)
+    balloon.set_unknowns(q)
     own = loose.map.unknowns(balloon.u, balloon._w)
     K, M = sector.aligned(loose.tangent(own)), sector.aligned(loose.mass(own))
     condensed: Condensed | None = None

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from lobefem import checks
-from lobefem.display import Glance, Glanceable, number
+from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.state import require_drawn
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
@@ -31,12 +31,12 @@ from lobefem.typing import ComplexArray
 from mpi4py import MPI
 
 __all__ = [
-    "HarmonicChart",
-    "HeldPencil",
+    "FixedShapePencil",
+    "HarmonicPressures",
     "OneHarmonic",
     "Row",
-    "harmonic_chart",
-    "held_pencil",
+    "fixed_shape_pencil",
+    "harmonic_pressures",
     "pressure_limit",
     "require_prestress",
     "sector_pencil",
@@ -50,7 +50,7 @@ Row = tuple[float, str, float]  # critical pressure [Pa], kind of the mode, resi
 
 
 @dataclass(frozen=True, repr=False)
-class HarmonicChart(Glanceable):
+class HarmonicPressures(Summarized):
     """The critical pressures of each harmonic of a held ideal geometry.
 
     Attributes:
@@ -69,7 +69,7 @@ class HarmonicChart(Glanceable):
     divisions: tuple[int, int]
     lobes: int
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         rows = tuple(
             (f"n = {n}", "never unstable" if math.isinf(p) else number(p, "Pa"), kind)
             for n, p, kind in zip(self.harmonics, self.pressures, self.kinds, strict=True)
@@ -78,7 +78,7 @@ class HarmonicChart(Glanceable):
         title = f"lowest {number(self.pressure, 'Pa')} at n = {self.lowest}, {mesh}"
         if math.isinf(self.pressure):
             title = f"never unstable, {mesh}"
-        return Glance(title, rows, ("harmonic", "critical pressure", "kind"))
+        return Summary(title, rows, ("harmonic", "critical pressure", "kind"))
 
     @property
     def lowest(self) -> int:
@@ -103,7 +103,7 @@ class OneHarmonic(Frozen):
     residual: float
 
 
-def harmonic_chart(
+def harmonic_pressures(
     balloon: Balloon,
     harmonics: int | Iterable[int] | None = None,
     *,
@@ -112,7 +112,7 @@ def harmonic_chart(
     known: Mapping[int, Row] = MappingProxyType({}),
     keep: Callable[[dict[int, Row]], None] | None = None,
     progress: Callable[[str], None] | None = None,
-) -> HarmonicChart:
+) -> HarmonicPressures:
     """The critical pressure of each harmonic, dealt out to the ranks. Collective.
 
     Args:
@@ -150,7 +150,7 @@ def harmonic_chart(
         solve_harmonics(sector, rest, 1, comm=comm, at=at, each=found, progress=progress)
     pressures, kinds, residuals = zip(*(rows[n] for n in chosen), strict=True)
     surface = balloon.surface
-    return HarmonicChart(chosen, pressures, kinds, residuals, surface.divisions, surface.num_lobes)
+    return HarmonicPressures(chosen, pressures, kinds, residuals, surface.divisions, surface.num_lobes)
 
 
 def solve_harmonics(
@@ -191,12 +191,12 @@ def solve_harmonics(
             progress(said(f"critical pressure of harmonic {mine[0]}", first / len(harmonics)))
 
         def solve(mine: Sequence[int] = mine, hint: float | None = hint) -> dict[int, OneHarmonic]:
-            return {n: HeldPencil(sector, n, pencil).solve(count, hint) for n in mine}
+            return {n: FixedShapePencil(sector, n, pencil).solve(count, hint) for n in mine}
 
-        parts = on_all(comm, solve)
-        for one in parts[comm.rank].values():  # its neighbour's is not far
+        components = on_all(comm, solve)
+        for one in components[comm.rank].values():  # its neighbour's is not far
             hint = one.pressures[0] if math.isfinite(one.pressures[0]) else None
-        new = {n: one for part in parts for n, one in part.items()}
+        new = {n: one for part in components for n, one in part.items()}
         table |= new
         if each is not None:
             each(new)
@@ -206,11 +206,11 @@ def solve_harmonics(
 def sector_pencil(sector: Sector, at: tuple[float, float] = LINEAR) -> tuple[Any, Any, Any]:
     """K_m, K_g and the mass of the sector's film and its share of the plates, as SciPy matrices."""
     balloon = sector.balloon
-    K_m, K_g = held_pencil(balloon, *at)
+    K_m, K_g = fixed_shape_pencil(balloon, *at)
     return as_scipy(K_m), as_scipy(K_g), as_scipy(balloon.mass(balloon.map.create_vector()))
 
 
-class HeldPencil:
+class FixedShapePencil:
     """K_n(p) = K_m + p K_g of one harmonic.
 
     Args:
@@ -382,7 +382,7 @@ def stable_below(stable: Callable[[float], bool], limit: float, hint: float | No
     return low if low < limit else math.inf
 
 
-def held_pencil(balloon: Balloon, low: float = 0.0, high: float = 1e5) -> tuple[Any, Any]:
+def fixed_shape_pencil(balloon: Balloon, low: float = 0.0, high: float = 1e5) -> tuple[Any, Any]:
     """K_m and K_g of K(p) = K_m + p K_g at the reference shape, its stress proportional to p.
 
     Args:
@@ -401,7 +401,8 @@ def held_pencil(balloon: Balloon, low: float = 0.0, high: float = 1e5) -> tuple[
     if balloon.film.turns and balloon.hoop_slack and not low:
         raise InputError(
             f"hoop slack {balloon.hoop_slack:g} makes the stiffness of {type(balloon.film).__name__} film "
-            "not linear in the pressure; use slack_critical_pressure of lobefem.stability.one_sided, a harmonic at a time"
+            "not linear in the pressure; use slack_critical_pressure of lobefem.stability.one_sided, a "
+            "harmonic at a time"
         )
     if not low and not balloon.film.has_tangent_at_rest:
         low = 1.0

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from lobefem.display import Glance, Glanceable, number
+from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.state import require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
@@ -23,7 +23,7 @@ from lobefem.stability.cyclic import Sector
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.harmonic_buckling import (
     LINEAR,
-    held_pencil,
+    fixed_shape_pencil,
     pressure_limit,
     require_prestress,
     solve_harmonics,
@@ -40,7 +40,7 @@ PREFIX = "lobefem_critical_"
 
 
 @dataclass(frozen=True, repr=False)
-class CriticalPressure(Glanceable):
+class CriticalPressure(Summarized):
     """The lowest pressure at which the held ideal geometry loses stability.
 
     Attributes:
@@ -57,15 +57,15 @@ class CriticalPressure(Glanceable):
     divisions: tuple[int, int] | None
     harmonic: int | None = None
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         rows = [("next", ", ".join(number(p, "Pa") for p in self.pressures[1:]) or "none")]
         if self.mode is not None:
             rows.insert(0, ("mode", f"{self.mode.kind}, n = {self.mode.harmonic}"))
         if self.divisions is not None:
             rows.append(("mesh", "{} x {} divisions".format(*self.divisions)))
         if math.isinf(self.pressure):
-            return Glance("stable at any pressure that the film can bear", tuple(rows))
-        return Glance(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
+            return Summary("stable at any pressure that the film can bear", tuple(rows))
+        return Summary(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
 
 
 @timed("eigensolver")
@@ -136,7 +136,7 @@ def _sector(balloon: Balloon, harmonic: int | None) -> Sector | None:
 
 def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> CriticalPressure:
     q = balloon.map.create_vector()
-    K_m, K_g = held_pencil(balloon, *at)
+    K_m, K_g = fixed_shape_pencil(balloon, *at)
     M, plates = balloon.mass(q), balloon.map.num_parameters
     divisions = balloon.surface.divisions
     symmetric = petsc.asymmetry(K_g) < petsc.SYMMETRIC

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from lobefem import checks
-from lobefem.display import Glance, Glanceable, number
+from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry.isotensoid import Isotensoid
@@ -26,7 +26,7 @@ from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.tension_field import TensionField
 from lobefem.progress import part, said
 from lobefem.stability.continuum import continuum_pressure, unstable_from
-from lobefem.stability.harmonic_buckling import HarmonicChart, harmonic_chart
+from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
 from lobefem.typing import Array
 
 __all__ = ["DIVISIONS", "LOW", "PUBLISHED", "Continuum", "MeshStudy", "Trend", "mesh_study", "trend"]
@@ -85,7 +85,7 @@ class Continuum:
 
 
 @dataclass(frozen=True, repr=False)
-class MeshStudy(Glanceable):
+class MeshStudy(Summarized):
     """Critical pressures on a sequence of meshes.
 
     Attributes:
@@ -103,7 +103,7 @@ class MeshStudy(Glanceable):
 
     film: str
     lobes: int
-    charts: tuple[HarmonicChart, ...] = field(repr=False)
+    charts: tuple[HarmonicPressures, ...] = field(repr=False)
     lowest: Trend
     low: dict[int, Trend]
     continuum: tuple[Continuum, ...]
@@ -111,13 +111,13 @@ class MeshStudy(Glanceable):
     published_around: float | None
     verdict: tuple[str, ...] = ()
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         rows = tuple(
             ("{} x {}".format(*c.divisions), number(c.pressure, "Pa"), f"n = {c.lowest}") for c in self.charts
         )
         behaviour = {"falls": "falls without limit", "open": "undecided"}
         found = behaviour.get(self.lowest.behaviour, f"converges to {number(self.lowest.limit, 'Pa')}")
-        return Glance(f"critical pressure {found}", rows, ("mesh", "critical pressure", "harmonic"))
+        return Summary(f"critical pressure {found}", rows, ("mesh", "critical pressure", "harmonic"))
 
     @property
     def around(self) -> tuple[int, ...]:
@@ -132,8 +132,8 @@ def mesh_study(
     harmonics: int | Iterable[int] = LOW,
     published: float | None = None,
     comm: Any = None,
-    known: Sequence[HarmonicChart] = (),
-    keep: Callable[[HarmonicChart], None] | None = None,
+    known: Sequence[HarmonicPressures] = (),
+    keep: Callable[[HarmonicPressures], None] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> MeshStudy:
     """Critical pressures on a sequence of meshes, whether they converge, and what that means.
@@ -145,7 +145,7 @@ def mesh_study(
         harmonics: the low one or ones that are followed one by one.
         published: a critical pressure from elsewhere [Pa] to place on the curve; by default the paper's
             for its own balloon with fixed wrinkles and one lobe or four.
-        comm: the ranks that share the harmonics, as for `harmonic_chart`.
+        comm: the ranks that share the harmonics, as for `harmonic_pressures`.
         known: charts of an earlier run, of meshes that are not to be looked at again.
         keep: called on all ranks with each new chart.
         progress: called with a line of text before each mesh.
@@ -164,7 +164,7 @@ def mesh_study(
             f"harmonic {low[-1]} is more than half of {meshes[0][1]} divisions around, the coarsest mesh's; "
             "give lower harmonics or finer meshes"
         )
-    charts: list[HarmonicChart] = []
+    charts: list[HarmonicPressures] = []
     done = {chart.divisions: chart for chart in known}
     # harmonics take their share by the mesh's nodes; each mesh is made first, and at the end there is a fit
     sizes = [along * around for along, around in meshes]
@@ -179,7 +179,7 @@ def mesh_study(
             progress(said(f"mesh study: {mesh[0]} x {mesh[1]} divisions", work[k] / work[-1]))
         balloon = make_balloon(mesh)
         _check_balloon(balloon)
-        charts.append(done.get(mesh) or harmonic_chart(balloon, comm=comm, progress=on_mesh))
+        charts.append(done.get(mesh) or harmonic_pressures(balloon, comm=comm, progress=on_mesh))
         if keep is not None and mesh not in done:
             keep(charts[-1])
     film, lobes = balloon.film, balloon.surface.num_lobes
@@ -299,7 +299,7 @@ def _continuum(law: str, film: Film, shape: Lobe, low: Sequence[int]) -> Continu
     return Continuum(law, pressures, lowest, first)
 
 
-def _crossing(charts: Sequence[HarmonicChart], pressure: float) -> float | None:
+def _crossing(charts: Sequence[HarmonicPressures], pressure: float) -> float | None:
     """Divisions around where the lowest critical pressure passes a value, on a line in log-log."""
     for coarse, fine in pairwise(charts):
         a, b = coarse.pressure, fine.pressure
@@ -369,7 +369,7 @@ def _low(study: MeshStudy) -> str:
 
 
 def _without_mesh(study: MeshStudy, pressure: float) -> str:
-    """Critical pressures of one lobe in the continuum; n >= 2 moves no plate, so its rims are as good as fixed."""
+    """Critical pressures of one lobe in the continuum; n >= 2 moves no plate: rims count as fixed."""
     known = study.lobes == 1 and 0 < pressure < math.inf
     return f" (without a mesh {_pa(pressure)})" if known else ""
 

@@ -17,13 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import checks
-from lobefem.display import Glance, Glanceable
+from lobefem.display import Summarized, Summary
 from lobefem.equilibrium.newton import has_symmetric_stiffness
 from lobefem.equilibrium.state import Equilibrium, require_whole
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import displacement_of, largest, stiffness_scale
-from lobefem.fem.rigid_motions import free_to_turn, is_turn
+from lobefem.fem.rigid_motions import free_to_rotate, is_turn
 from lobefem.frozen import Frozen
 from lobefem.geometry import gather
 from lobefem.linalg import petsc
@@ -62,7 +62,8 @@ class Mode(Frozen):
         residual: ||K phi - lambda B phi||/||K phi||; 0 for a rigid rotation, whose vector is known.
         harmonic: circumferential harmonic n, the one that was solved for or else the dominant one.
         harmonics: that and all others with at least a tenth of the mode, strongest first.
-        kind: "sway", "twist", "global" or "local" (see `lobefem.stability.fourier.kind_of`), or "rigid rotation".
+        kind: "sway", "twist", "global" or "local" (see `lobefem.stability.fourier.kind_of`), or "rigid
+            rotation".
         displacement: this rank's nodal displacements of phi, ghosts included, (nodes, 3), real part,
             largest nodal displacement 1.
         displacement_imag: imaginary part on the same scale; zero for a real eigenvalue.
@@ -83,7 +84,7 @@ class Mode(Frozen):
 
 
 @dataclass(frozen=True, repr=False)
-class Modes(Glanceable):
+class Modes(Summarized):
     """The lowest modes of a state, sorted by the real part of lambda.
 
     Attributes:
@@ -126,7 +127,8 @@ class Modes(Glanceable):
 
         Points are where the state's nodes are. Point data "mode" and "mode_imag" (largest length 1), and the
         state's "displacement" [m]; cell data "lobe". `grid.warp_by_vector("mode", factor=0.3)` is the
-        balloon as it moves. Rank 0 gathers all of it: see `lobefem.geometry.gather.gather` for what that takes.
+        balloon as it moves. Rank 0 gathers all of it: see `lobefem.geometry.gather.gather` for what that
+        takes.
 
         Raises:
             InputError: no such mode.
@@ -148,7 +150,7 @@ class Modes(Glanceable):
         grid.set_active_vectors("mode")
         return grid
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         unit = "Pa/m" if self.mass == "unit" else "N/m"
         rows = tuple(
             (
@@ -160,7 +162,7 @@ class Modes(Glanceable):
         )
         verdict = "stable" if self.stable else "unstable"
         title = f"{len(self)} lowest at {self.state.pressure:g} Pa, {verdict}"
-        return Glance(title, rows, ("mode", f"eigenvalue [{unit}]", "residual"))
+        return Summary(title, rows, ("mode", f"eigenvalue [{unit}]", "residual"))
 
     def __len__(self) -> int:
         return len(self.modes)
@@ -207,7 +209,7 @@ def find_modes(
         require_one_tangent(balloon.film, balloon.hoop_slack)
     if harmonics is not None:
         return _of_harmonics(state, count, mass, asked)
-    q = state.activate()
+    q = state.restore()
     B = balloon.mass(q, mass)
     rotations = FreeRotations(balloon, q, B)
     K = balloon.tangent(q)
@@ -317,7 +319,7 @@ def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[in
         sector.check(n)
     if not harmonics:
         raise InputError("no harmonics are given; leave them out for all")
-    q = state.activate()
+    q = state.restore()
     sector.balloon.set_loads(state.pressure, state.prestress)
     found = modes_of_harmonics(
         sector,
@@ -382,9 +384,9 @@ def _cyclic_order(state: Equilibrium) -> int:
 
 def _turns(balloon: Balloon, q: Any, real: Array, imag: Array) -> bool:
     """True if nodal displacements are those of a rigid rotation that the supports leave. Collective."""
-    if not free_to_turn(balloon):
+    if not free_to_rotate(balloon):
         return False
-    balloon.place(q)
+    balloon.set_unknowns(q)
     displacement = balloon.u.x.array.reshape(-1, 3)
     return all(is_turn(balloon, displacement, part) for part in (real, imag) if largest(balloon, part))
 

@@ -1,8 +1,8 @@
 """Stability along a path of states: `trace` follows the modes, `critical_point` finds where it is lost.
 
 The path is the held isotensoid ("ideal") or the true equilibrium at each pressure, found from the one
-before ("inflated"). `lobefem.stability.linear_buckling` has the ideal path's critical pressure by a linear pencil; here
-the tangent depends on the pressure in any way, and the path itself may end, at a limit point.
+before ("inflated"). `lobefem.stability.linear_buckling` has the ideal path's critical pressure by a linear
+pencil; here the tangent depends on the pressure in any way, and the path itself may end, at a limit point.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from lobefem.display import Glance, Glanceable, number
+from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.inflation import Progress, inflate
 from lobefem.equilibrium.newton import has_symmetric_stiffness
 from lobefem.equilibrium.state import Checkpoint, Equilibrium, ideal_state
@@ -37,7 +37,7 @@ _LIMIT_POINT = 1e-2
 
 
 @dataclass(frozen=True, repr=False)
-class CriticalPoint(Glanceable):
+class CriticalPoint(Summarized):
     """The first loss of stability along a path.
 
     Attributes:
@@ -62,7 +62,7 @@ class CriticalPoint(Glanceable):
     visited: tuple[tuple[float, float], ...]
     divisions: tuple[int, int] | None
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         rows = [("pressures visited", str(len(self.visited)))]
         if self.mode is not None:
             rows.insert(0, ("mode", f"{self.mode.kind}, n = {self.mode.harmonic}"))
@@ -70,8 +70,8 @@ class CriticalPoint(Glanceable):
         if self.divisions is not None:
             rows.append(("mesh", "{} x {} divisions".format(*self.divisions)))
         if self.mode is None:
-            return Glance(f"stable up to {self.state.pressure:g} Pa", tuple(rows))
-        return Glance(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
+            return Summary(f"stable up to {self.state.pressure:g} Pa", tuple(rows))
+        return Summary(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
 
 
 def critical_point(
@@ -231,7 +231,7 @@ class _Path:
         return self._record(a + (b - a) * up / (up - down), known[b], known[b][0], (a, b))
 
     def fold(self, low: Modes, end: float) -> CriticalPoint:
-        """The kind of point at which stability is lost between the last state and the path's end. Collective."""
+        """Kind of the point at which stability is lost at the end of a path. Collective."""
         p, reach = low.state.pressure, 5 * self.rtol * abs(low.state.pressure)
         before = _state(self.balloon, self.state, p * (1 - 3 * self.rtol), low.state, self.progress)
         # the critical mode need not be the lowest one yet
@@ -332,7 +332,7 @@ def _weighted(state: Equilibrium, q: Any, displacement: Array) -> Any:
 
 def rayleigh(state: Equilibrium, displacement: Array) -> float:
     """phi.K phi/phi.B phi of nodal displacements at a state. Collective."""
-    q = state.activate()
+    q = state.restore()
     B = state.balloon.mass(q)
     inverse = _factor(B, True)
     weighted = _weighted(state, q, displacement)
@@ -349,7 +349,7 @@ def jumped(before: Equilibrium, after: Equilibrium) -> bool:
     Rotations that the supports leave are no part of it. Collective.
     """
     balloon = before.balloon
-    q = before.activate()
+    q = before.restore()
     B = balloon.mass(q)
     rotations = FreeRotations(balloon, q, B)
     B.destroy()
@@ -373,7 +373,7 @@ def load_share(modes: Modes, mode: Mode) -> float:
     """`CriticalPoint.projection` of a mode. Collective."""
     state = modes.state
     balloon = state.balloon
-    q = state.activate()
+    q = state.restore()
     f = _load_rate(state, q)
     B = balloon.mass(q)
     rotations = FreeRotations(balloon, q, B)  # as near zero as the mode, and none

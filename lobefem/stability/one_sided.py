@@ -44,7 +44,7 @@ from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.model.film import Film
 from lobefem.progress import part
-from lobefem.stability.harmonic_buckling import HarmonicChart, Row, harmonic_chart, pressure_limit
+from lobefem.stability.harmonic_buckling import HarmonicPressures, Row, harmonic_pressures, pressure_limit
 from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
 from lobefem.stability.modes import Modes, check_request, find_modes
 
@@ -168,15 +168,15 @@ def one_sided_charts(
     known: Sequence[Mapping[int, Row]] = ({}, {}, {}),
     keep: Callable[[int, dict[int, Row]], None] | None = None,
     progress: Callable[[str], None] | None = None,
-) -> tuple[HarmonicChart, HarmonicChart, HarmonicChart]:
+) -> tuple[HarmonicPressures, HarmonicPressures, HarmonicPressures]:
     """The critical pressures of each harmonic of the wrinkled, the mean and the taut tangent.
 
     Args:
         balloon: prestressed, of tension-field film without hoop slack; one sector will do.
-        harmonics: as for `harmonic_chart`.
+        harmonics: as for `harmonic_pressures`.
         comm: the ranks that share the work.
-        known: rows of an earlier run, as for `harmonic_chart`, of each tangent.
-        keep: called as for `harmonic_chart`, with the tangent's number, 0 to 2, first.
+        known: rows of an earlier run, as for `harmonic_pressures`, of each tangent.
+        keep: called as for `harmonic_pressures`, with the tangent's number, 0 to 2, first.
         progress: called with a line of text for each harmonic of this rank.
 
     Raises:
@@ -187,7 +187,7 @@ def one_sided_charts(
     """
     chosen = None if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     wrinkled, mean, taut = (
-        harmonic_chart(
+        harmonic_pressures(
             balloon.with_changes(film=film),
             chosen,
             comm=comm,

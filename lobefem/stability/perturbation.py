@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from lobefem.display import Glance, Glanceable, number
+from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.displacement_control import Increment, distort, release_start
 from lobefem.equilibrium.distortions import Distortion, require_distortion
 from lobefem.equilibrium.gradient_flow import Ledger, Record
@@ -60,7 +60,7 @@ class Point:
 
 
 @dataclass(frozen=True, repr=False)
-class Perturbed(Glanceable):
+class Perturbed(Summarized):
     """The result of a distortion and its release.
 
     Attributes:
@@ -77,7 +77,7 @@ class Perturbed(Glanceable):
     released: Released | None
     history: tuple[Point, ...] = field(repr=False)
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         end, kind = self.ramp[-1], self.distortion
         rows = [
             ("volume, original", number(self.original.volume, "m^3")),
@@ -89,7 +89,7 @@ class Perturbed(Glanceable):
         if self.released is not None:
             outcome = f"released: {self.released.outcome}"
             rows.append(("evidence", self.released.reason))
-        return Glance(f"{kind.kind} of {kind.parameter:.4g} {kind.unit}, {outcome}", tuple(rows))
+        return Summary(f"{kind.kind} of {kind.parameter:.4g} {kind.unit}, {outcome}", tuple(rows))
 
     @property
     def ramp(self) -> tuple[Point, ...]:

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lobefem import checks
-from lobefem.display import Glance, Glanceable, number
-from lobefem.equilibrium.gradient_flow import Flow, Ledger, Record, damping_scale
+from lobefem.display import Summarized, Summary, number
+from lobefem.equilibrium.gradient_flow import GradientFlow, Ledger, Record, damping_scale
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.state import Equilibrium, Moment, Start
 from lobefem.errors import ConvergenceError, EigenError, InputError
@@ -38,7 +38,7 @@ _SAME = 1e-4
 
 
 @dataclass(frozen=True, repr=False)
-class Released(Glanceable):
+class Released(Summarized):
     """The result of a release.
 
     Attributes:
@@ -72,7 +72,7 @@ class Released(Glanceable):
     history: tuple[Record, ...] = field(repr=False)
     rejected: int
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         rows = (
             ("evidence", self.reason),
             ("lowest eigenvalue", number(self.lowest, "Pa/m")),
@@ -80,7 +80,7 @@ class Released(Glanceable):
             ("steps", f"{len(self.history) - 1}, {self.history[-1].time:.3g} s"),
             ("energy not accounted for", f"{100 * self.ledger.error:.2g} %"),
         )
-        return Glance(self.outcome, rows)
+        return Summary(self.outcome, rows)
 
     @property
     def ledger(self) -> Ledger:
@@ -106,9 +106,9 @@ def release(
 ) -> Released:
     """Let a displaced balloon go, under the pressure that it has, and say where it comes to rest.
 
-    The damped motion c B dq/dt + r(q) = 0 (see `lobefem.equilibrium.gradient_flow`) has no inertia, so that its path does
-    not depend on c: a tenth of the damping makes it ten times as fast. What damping can do is hold a
-    balloon that has no equilibrium where it is until `end_time`, and that is found out without it.
+    The damped motion c B dq/dt + r(q) = 0 (see `lobefem.equilibrium.gradient_flow`) has no inertia, so that
+    its path does not depend on c: a tenth of the damping makes it ten times as fast. What damping can do is
+    hold a balloon that has no equilibrium where it is until `end_time`, and that is found out without it.
 
     A run that was stopped goes on from what `on_step` was last given, through the same steps:
     `release(before, history=records)`.
@@ -159,7 +159,7 @@ def release(
             on_step(record, Moment(balloon, start.pressure, start.prestress, unknowns))
 
     c = damping * damping_scale(balloon)
-    flow = Flow(
+    flow = GradientFlow(
         balloon,
         q,
         damping=c,

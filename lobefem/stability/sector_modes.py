@@ -73,8 +73,8 @@ def modes_of_harmonics(
         )
         return [(v, one.copies) for one in found for v in one.values.real]
 
-    parts = on_all(comm, solve)
-    everything = sorted(v for values in parts for v, copies in values for _ in range(copies))
+    components = on_all(comm, solve)
+    everything = sorted(v for values in components for v, copies in values for _ in range(copies))
     last = everything[min(count, len(everything)) - 1]
     last += 1e-6 * abs(last - everything[0])
     own = [one.mode(sector, q, int(k)) for one in found for k in np.flatnonzero(one.values.real <= last)]

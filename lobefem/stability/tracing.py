@@ -1,7 +1,7 @@
 """Eigenvalues of the held ideal geometry over the pressure, as branches.
 
-On a cyclic mesh every harmonic is a small problem of its own (`lobefem.stability.cyclic`), and with the geometry
-held K(p) = K_m + p K_g: so all branches of a sweep cost little more than two assemblies.
+On a cyclic mesh every harmonic is a small problem of its own (`lobefem.stability.cyclic`), and with the
+geometry held K(p) = K_m + p K_g: so all branches of a sweep cost little more than two assemblies.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from lobefem import checks
-from lobefem.display import Glance, Glanceable
+from lobefem.display import Summarized, Summary
 from lobefem.equilibrium.inflation import Progress, inflate
 from lobefem.equilibrium.state import Checkpoint, Equilibrium, ideal_state, require_drawn
 from lobefem.errors import InputError, SolveError
@@ -33,7 +33,7 @@ STATES = ("ideal", "inflated")
 
 
 @dataclass(frozen=True, repr=False)
-class Trace(Glanceable):
+class Trace(Summarized):
     """Modes along a path.
 
     Attributes:
@@ -46,7 +46,7 @@ class Trace(Glanceable):
     modes: tuple[Modes, ...] = field(repr=False)
     branches: tuple[Branch, ...]
 
-    def _glance(self) -> Glance:
+    def _summary(self) -> Summary:
         rows = tuple(
             (
                 b.name,
@@ -58,7 +58,7 @@ class Trace(Glanceable):
         first = next((m.state.pressure for m in self.modes if not m.stable), None)
         verdict = "stable all along" if first is None else f"unstable at {first:g} Pa"
         title = f"{self.state} state at {len(self.modes)} pressures, {verdict}"
-        return Glance(title, rows, ("branch", "pressures [Pa]", "eigenvalues"))
+        return Summary(title, rows, ("branch", "pressures [Pa]", "eigenvalues"))
 
     @property
     def states(self) -> tuple[Equilibrium, ...]:
@@ -222,10 +222,10 @@ def _axisymmetric(pairs: Sequence[tuple[ComplexArray, ComplexArray]], p: Array, 
     """Branches of n = 0, twists (mostly hoopwise) apart from the others."""
     rows: dict[tuple[str, int], list[tuple[float, float]]] = {}
     for pressure, (values, vectors) in zip(p, pairs, strict=True):
-        parts = (np.abs(vectors[:film]) ** 2).reshape(-1, 3, len(values)).sum(axis=0)
+        components = (np.abs(vectors[:film]) ** 2).reshape(-1, 3, len(values)).sum(axis=0)
         ranks = {"twist": 0, "global": 0}
         for k, value in enumerate(values):
-            kind = "twist" if parts[1, k] > parts[:, k].sum() / 2 else "global"
+            kind = "twist" if components[1, k] > components[:, k].sum() / 2 else "global"
             rows.setdefault((kind, ranks[kind]), []).append((pressure, value.real))
             ranks[kind] += 1
     table = {key: np.array(points) for key, points in rows.items()}

@@ -50,17 +50,17 @@ def horizontal_displacements(
     """
     if not shapes:
         raise InputError("there is no shape to draw; give one or more")
-    skin = gather(balloon, *(u for _, u in shapes))
-    if skin is None:
+    film_mesh = gather(balloon, *(u for _, u in shapes))
+    if film_mesh is None:
         return None
-    right, _ = across(skin.axis)
-    towards = np.cross(right, skin.axis)
-    groups = polygons(skin, 1)
-    extents = [skin.x + u for u in skin.fields]
+    right, _ = across(film_mesh.axis)
+    towards = np.cross(right, film_mesh.axis)
+    groups = polygons(film_mesh, 1)
+    extents = [film_mesh.x + u for u in film_mesh.fields]
     reach = max(float(np.abs(x @ right).max()) for x in extents)
-    low = min(float((x @ skin.axis).min()) for x in extents)
-    high = max(float((x @ skin.axis).max()) for x in extents)
-    horizontal = [u @ right for u in skin.fields]
+    low = min(float((x @ film_mesh.axis).min()) for x in extents)
+    high = max(float((x @ film_mesh.axis).max()) for x in extents)
+    horizontal = [u @ right for u in film_mesh.fields]
     limits = min(float(u.min()) for u in horizontal), max(float(u.max()) for u in horizontal)
     ticks = np.array(MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(*limits))
     # a band about each, so that the round-off of what has not moved draws no border
@@ -77,7 +77,7 @@ def horizontal_displacements(
         FigureCanvasAgg(figure)
         panels = figure.subplots(1, len(shapes), squeeze=False)[0]
         for axes, (caption, _), x, u in zip(panels, shapes, extents, horizontal, strict=True):
-            flat = np.stack([x @ right, x @ skin.axis], axis=1)
+            flat = np.stack([x @ right, x @ film_mesh.axis], axis=1)
             depth = np.concatenate([x[g].mean(axis=1) @ towards for g in groups])
             values = np.concatenate([u[g].mean(axis=1) for g in groups])
             corners = [polygon for g in groups for polygon in flat[g]]

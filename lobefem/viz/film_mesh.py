@@ -15,11 +15,11 @@ from lobefem.typing import Array, Integers
 if TYPE_CHECKING:
     from lobefem.fem.balloon import Balloon
 
-__all__ = ["Skin", "around", "facing", "gather", "normals", "outline", "polygons", "skin"]
+__all__ = ["FilmMesh", "around", "facing", "film_mesh", "gather", "normals", "outline", "polygons"]
 
 
 @dataclass(frozen=True)
-class Skin(Frozen):
+class FilmMesh(Frozen):
     """The whole film on one rank.
 
     Attributes:
@@ -49,7 +49,7 @@ class Skin(Frozen):
         return 2 * float(np.hypot(self.x @ e1, self.x @ e2).max())
 
 
-def gather(balloon: Balloon, *fields: Array) -> Skin | None:
+def gather(balloon: Balloon, *fields: Array) -> FilmMesh | None:
     """Nodes, cells and nodal fields of all ranks on rank 0, None elsewhere. Collective.
 
     Args:
@@ -63,7 +63,9 @@ def gather(balloon: Balloon, *fields: Array) -> Skin | None:
     if whole is None:
         return None
     axis = balloon.axis
-    return skin(whole.x - axis.origin, whole.cells, axis.direction, around(balloon), *whole.nodal.values())
+    return film_mesh(
+        whole.x - axis.origin, whole.cells, axis.direction, around(balloon), *whole.nodal.values()
+    )
 
 
 def around(balloon: Balloon) -> int:
@@ -72,7 +74,7 @@ def around(balloon: Balloon) -> int:
     return 0 if divisions is None else divisions[1] * balloon.order
 
 
-def skin(x: Array, cells: Integers, axis: npt.ArrayLike, around: int, *fields: Array) -> Skin:
+def film_mesh(x: Array, cells: Integers, axis: npt.ArrayLike, around: int, *fields: Array) -> FilmMesh:
     """A skin of arrays in any order of nodes.
 
     Args:
@@ -85,7 +87,7 @@ def skin(x: Array, cells: Integers, axis: npt.ArrayLike, around: int, *fields: A
     axis = np.asarray(axis, dtype=float)
     corners = 3 if cells.shape[1] in (3, 6) else 4
     grid = _grid(x, axis, around) if around else None
-    return Skin(x, cells[:, :corners], grid, axis, fields)
+    return FilmMesh(x, cells[:, :corners], grid, axis, fields)
 
 
 def _grid(x: Array, axis: Array, around: int) -> Integers:
@@ -96,15 +98,15 @@ def _grid(x: Array, axis: Array, around: int) -> Integers:
     return np.lexsort((sector, np.round(x @ axis, 6))).reshape(-1, around)
 
 
-def facing(skin: Skin, field: Array) -> tuple[Array, Array]:
+def facing(film_mesh: FilmMesh, field: Array) -> tuple[Array, Array]:
     """The frame across the axis whose first vector is the direction in which the axis moves most.
 
     Which of a pair's sways the eigensolver returns is arbitrary; so all are seen alike.
     """
-    e1, e2 = across(skin.axis)
-    if skin.grid is None:
+    e1, e2 = across(film_mesh.axis)
+    if film_mesh.grid is None:
         return e1, e2
-    mean = field[skin.grid].mean(axis=1)
+    mean = field[film_mesh.grid].mean(axis=1)
     lateral = np.stack([mean @ e1, mean @ e2], axis=1)
     if np.abs(lateral).max() < 0.02 * np.linalg.norm(field, axis=1).max():
         return e1, e2
@@ -114,22 +116,22 @@ def facing(skin: Skin, field: Array) -> tuple[Array, Array]:
     return (e1, e2) if largest > 0 else (-e1, -e2)
 
 
-def polygons(skin: Skin, step: int) -> list[Integers]:
+def polygons(film_mesh: FilmMesh, step: int) -> list[Integers]:
     """Polygons to fill: arrays (faces, corners) of blocks of the grid and the two plates, or the cells.
 
     Args:
-        skin: the film.
+        film_mesh: the film.
         step: cells along each side of a block.
     """
-    if skin.grid is None:
-        return [skin.faces]
-    rings, around = skin.grid.shape
+    if film_mesh.grid is None:
+        return [film_mesh.faces]
+    rings, around = film_mesh.grid.shape
     step = step if (rings - 1) % step == 0 and around % step == 0 else 1
     i, j = np.meshgrid(np.arange(0, rings - 1, step), np.arange(0, around, step), indexing="ij")
     walk = [(0, k) for k in range(step)] + [(k, step) for k in range(step)]
     walk += [(step, step - k) for k in range(step)] + [(step - k, 0) for k in range(step)]
-    faces = [skin.grid[i + a, (j + b) % around].ravel() for a, b in walk]
-    return [np.stack(faces, axis=1), skin.grid[-1:], skin.grid[:1, ::-1]]
+    faces = [film_mesh.grid[i + a, (j + b) % around].ravel() for a, b in walk]
+    return [np.stack(faces, axis=1), film_mesh.grid[-1:], film_mesh.grid[:1, ::-1]]
 
 
 def normals(x: Array) -> Array:
@@ -138,12 +140,12 @@ def normals(x: Array) -> Array:
     return area / np.maximum(np.linalg.norm(area, axis=1, keepdims=True), 1e-300)
 
 
-def outline(skin: Skin) -> tuple[Array, Array]:
+def outline(film_mesh: FilmMesh) -> tuple[Array, Array]:
     """Heights and radii of the undeformed shape, a surface of revolution, from bottom to top [m]."""
-    e1, e2 = across(skin.axis)
-    z, r = skin.x @ skin.axis, np.hypot(skin.x @ e1, skin.x @ e2)
-    if skin.grid is not None:
-        return z[skin.grid[:, 0]], r[skin.grid[:, 0]]
+    e1, e2 = across(film_mesh.axis)
+    z, r = film_mesh.x @ film_mesh.axis, np.hypot(film_mesh.x @ e1, film_mesh.x @ e2)
+    if film_mesh.grid is not None:
+        return z[film_mesh.grid[:, 0]], r[film_mesh.grid[:, 0]]
     bins = np.clip(((z - z.min()) / np.ptp(z) * 60).astype(int), 0, 59)
     used = np.unique(bins)
     return (

@@ -22,7 +22,7 @@ from lobefem.errors import InputError
 from lobefem.files import on_root, replacing
 from lobefem.frozen import Frozen
 from lobefem.typing import Array
-from lobefem.viz.film_mesh import Skin, around, skin
+from lobefem.viz.film_mesh import FilmMesh, around, film_mesh
 
 if TYPE_CHECKING:
     from lobefem.equilibrium.state import Keepable
@@ -37,12 +37,12 @@ class Frames(Frozen):
     """Shapes of a motion.
 
     Attributes:
-        skin: the film undeformed.
+        film_mesh: the film undeformed.
         points: of the history, at which the shapes are, ascending.
         displacements: of each (nodes, 3) [m].
     """
 
-    skin: Skin = field(repr=False)
+    film_mesh: FilmMesh = field(repr=False)
     points: tuple[int, ...]
     displacements: tuple[Array, ...] = field(repr=False)
 
@@ -108,7 +108,7 @@ def load_frames(folder: Path) -> Frames | None:
     if not sound or x.shape[1:] != (3,) or any(field.shape != x.shape for field in fields):
         raise InputError(f"'{folder / 'frames'}' holds shapes of another mesh; run the perturbation again")
     points = tuple(int(path.stem) for path in paths)
-    return Frames(skin(x, cells, mesh["axis"], int(mesh["around"])), points, tuple(fields))
+    return Frames(film_mesh(x, cells, mesh["axis"], int(mesh["around"])), points, tuple(fields))
 
 
 def _load(path: Path, *names: str) -> dict[str, npt.NDArray[Any]]:

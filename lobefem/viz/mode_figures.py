@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from lobefem.errors import InputError
 from lobefem.typing import Array
-from lobefem.viz.film_mesh import Skin, facing, gather
+from lobefem.viz.film_mesh import FilmMesh, facing, gather
 from lobefem.viz.style import COLOURS, MM, STYLE, UNITS
 from lobefem.viz.views import Panel, blank, paint, window
 
@@ -56,7 +56,8 @@ def eigenvalue_curves(
     among the lowest at one pressure only is a point.
 
     Args:
-        branches: from `lobefem.stability.tracing` or `lobefem.stability.branches`, over two pressures or more.
+        branches: from `lobefem.stability.tracing` or `lobefem.stability.branches`, over two pressures or
+            more.
         mass: "unit" or "nodal", for the unit.
         title: over the figure.
         critical: its crossing is marked, with the harmonic and the mesh it depends on.
@@ -236,10 +237,10 @@ def chosen_modes(modes: Modes, chosen: Sequence[int]) -> list[Mode]:
     return [modes[i] for i in chosen]
 
 
-def drawn_amplitude(kind: str, skin: Skin, field: npt.NDArray[Any], amplitude: float) -> float:
+def drawn_amplitude(kind: str, film_mesh: FilmMesh, field: npt.NDArray[Any], amplitude: float) -> float:
     """Factor [m] on a mode's displacement when drawn; local ones, folds of the skin, are smaller."""
     largest = float(np.linalg.norm(field, axis=1).max())  # less than 1 for the real part of a pair
-    return amplitude * skin.diameter * (0.7 if kind == "local" else 1.0) / largest
+    return amplitude * film_mesh.diameter * (0.7 if kind == "local" else 1.0) / largest
 
 
 def mode_shapes(
@@ -273,20 +274,22 @@ def mode_shapes(
     Collective.
     """
     picked = chosen_modes(modes, chosen)
-    skin = gather(modes.state.balloon, *(m.displacement for m in picked))
-    if skin is None:
+    film_mesh = gather(modes.state.balloon, *(m.displacement for m in picked))
+    if film_mesh is None:
         return None
     captions = [
         mode_caption(f"mode {i + 1}", mode.kind, mode.harmonic, mode.value.real, UNITS[modes.mass])
         for i, mode in zip(chosen, picked, strict=True)
     ]
     panels = [
-        mode_panel(caption, mode.kind, skin, field, amplitude)
-        for caption, mode, field in zip(captions, picked, skin.fields, strict=True)
+        mode_panel(caption, mode.kind, film_mesh, field, amplitude)
+        for caption, mode, field in zip(captions, picked, film_mesh.fields, strict=True)
     ]
     figure = blank()
-    view = window(skin, panels, 0.15 * amplitude)
-    paint(figure, skin, panels, view, title=title, columns=columns or len(picked), note=NOTE, width=width)
+    view = window(film_mesh, panels, 0.15 * amplitude)
+    paint(
+        figure, film_mesh, panels, view, title=title, columns=columns or len(picked), note=NOTE, width=width
+    )
     return figure
 
 
@@ -297,18 +300,23 @@ def mode_caption(label: str, kind: str, harmonic: int, value: float, unit: str) 
 
 
 def mode_panel(
-    caption: str, kind: str, skin: Skin, field: npt.NDArray[Any], amplitude: float = 0.09, phase: float = 0.0
+    caption: str,
+    kind: str,
+    film_mesh: FilmMesh,
+    field: npt.NDArray[Any],
+    amplitude: float = 0.09,
+    phase: float = 0.0,
 ) -> Panel:
     """A mode, exaggerated.
 
     Args:
         caption: over it.
         kind: of the mode.
-        skin: the film.
+        film_mesh: the film.
         field: its displacement (nodes, 3), complex for a mode that turns as it swings.
         amplitude: largest displacement as a share of the balloon's diameter.
         phase: of the swing [rad]: the real part of field times e^(-i phase) is drawn.
     """
-    factor = drawn_amplitude(kind, skin, field, amplitude)
-    moved = skin.x + factor * (field * np.exp(-1j * phase)).real
-    return Panel(caption, moved, facing(skin, field.real))
+    factor = drawn_amplitude(kind, film_mesh, field, amplitude)
+    moved = film_mesh.x + factor * (field * np.exp(-1j * phase)).real
+    return Panel(caption, moved, facing(film_mesh, field.real))

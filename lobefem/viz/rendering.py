@@ -62,22 +62,22 @@ def render_modes(
         InputError: no mode, or one that is not there.
     """
     picked = chosen_modes(modes, chosen)
-    skin = gather(modes.state.balloon, *(m.displacement for m in picked))
-    if skin is None:
+    film_mesh = gather(modes.state.balloon, *(m.displacement for m in picked))
+    if film_mesh is None:
         return
     import pyvista
 
-    count = skin.faces.shape[1]
-    faces = np.column_stack([np.full(len(skin.faces), count), skin.faces]).ravel()
-    centre = (skin.x.max(axis=0) + skin.x.min(axis=0)) / 2
+    count = film_mesh.faces.shape[1]
+    faces = np.column_stack([np.full(len(film_mesh.faces), count), film_mesh.faces]).ravel()
+    centre = (film_mesh.x.max(axis=0) + film_mesh.x.min(axis=0)) / 2
     with _quiet():
         plotter = pyvista.Plotter(
             off_screen=True, shape=(1, len(picked)), window_size=list(pixels), border=False
         )
         plotter.set_background("white")
-        for k, (mode, field) in enumerate(zip(picked, skin.fields, strict=True)):
-            _, e2 = facing(skin, field)
-            shape = skin.x + drawn_amplitude(mode.kind, skin, field, amplitude) * field
+        for k, (mode, field) in enumerate(zip(picked, film_mesh.fields, strict=True)):
+            _, e2 = facing(film_mesh, field)
+            shape = film_mesh.x + drawn_amplitude(mode.kind, film_mesh, field, amplitude) * field
             mesh = pyvista.PolyData(shape, faces)
             size = np.linalg.norm(field, axis=1)
             mesh["displacement"] = size / size.max()
@@ -93,8 +93,8 @@ def render_modes(
                 ambient=0.25,
                 show_scalar_bar=False,
             )
-            if skin.grid is not None:
-                for rim in (skin.grid[0], skin.grid[-1]):
+            if film_mesh.grid is not None:
+                for rim in (film_mesh.grid[0], film_mesh.grid[-1]):
                     plate = pyvista.PolyData(shape[rim], [len(rim), *range(len(rim))])
                     plotter.add_mesh(plate, color="#cccccc")
             bar = plotter.add_scalar_bar(
@@ -115,10 +115,10 @@ def render_modes(
                 f"{mode.kind}, n = {mode.harmonic}\n", position="upper_edge", font_size=12, color="black"
             )
             plotter.camera.focal_point = centre
-            plotter.camera.position = centre + 10 * skin.diameter * (0.35 * skin.axis - e2)
-            plotter.camera.up = skin.axis
+            plotter.camera.position = centre + 10 * film_mesh.diameter * (0.35 * film_mesh.axis - e2)
+            plotter.camera.up = film_mesh.axis
             plotter.camera.parallel_projection = True
-            plotter.camera.parallel_scale = 0.68 * max(skin.height, skin.diameter)
+            plotter.camera.parallel_scale = 0.68 * max(film_mesh.height, film_mesh.diameter)
         plotter.enable_anti_aliasing("ssaa")
         plotter.screenshot(str(path))
         plotter.close()

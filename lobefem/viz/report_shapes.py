@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from lobefem.geometry.axis import across
 from lobefem.io.run_reader import Run, Step
 from lobefem.typing import Array
-from lobefem.viz.film_mesh import Skin, facing, skin
+from lobefem.viz.film_mesh import FilmMesh, facing, film_mesh
 from lobefem.viz.mode_figures import drawn_amplitude
 from lobefem.viz.report_tables import number, stored_modes
 from lobefem.viz.style import MM, REGIONS, STYLE, UNITS
@@ -58,15 +58,15 @@ def _png(figure: Figure) -> str:
     return base64.b64encode(stream.getvalue()).decode()
 
 
-def _skin(run: Run, *fields: Array) -> Skin:
+def _film_mesh(run: Run, *fields: Array) -> FilmMesh:
     """The film with its grid, if its mesh has one."""
     mesh = run.design.get("mesh")
     divisions = mesh.get("divisions") if isinstance(mesh, Mapping) else None
     try:
         around = int(divisions[1]) * int(mesh.get("order", 1)) if divisions else 0  # type: ignore[index, union-attr]
-        return skin(run.x, run.corners, (0.0, 0.0, 1.0), around, *fields)
+        return film_mesh(run.x, run.corners, (0.0, 0.0, 1.0), around, *fields)
     except (ValueError, TypeError, IndexError):  # another mesh than the design's: drawn without its lines
-        return skin(run.x, run.corners, (0.0, 0.0, 1.0), 0, *fields)
+        return film_mesh(run.x, run.corners, (0.0, 0.0, 1.0), 0, *fields)
 
 
 # --- modes ---------------------------------------------------------------------------------------
@@ -108,7 +108,7 @@ def mode_pictures(run: Run, most: int = PICTURES) -> tuple[list[Picture], int]:
 
 
 def _mode_picture(run: Run, mode: Array, name: str) -> str:
-    film = _skin(run, mode)
+    film = _film_mesh(run, mode)
     e1, e2 = facing(film, mode)
     scale = _drawn(film, mode, name)
     shape = film.x + scale * mode
@@ -133,7 +133,7 @@ def _mode_picture(run: Run, mode: Array, name: str) -> str:
         return _png(figure)
 
 
-def _drawn(film: Skin, mode: Array, name: str) -> float:
+def _drawn(film: FilmMesh, mode: Array, name: str) -> float:
     """Factor [m] on a mode's displacement when drawn; a mode of nothing is damage, and drawn as such."""
     return drawn_amplitude(name.split(",")[0], film, mode, _AMPLITUDE) if mode.any() else 0.0
 
@@ -305,7 +305,7 @@ def scene(run: Run, room: int) -> tuple[dict[str, Any] | None, int]:
     """
     if not len(run.triangles) or not run.steps:
         return None, 0
-    film = _skin(run)
+    film = _film_mesh(run)
     data: dict[str, Any] = {
         "name": run.name,
         "x": _pack(run.x, "<f4"),
@@ -324,7 +324,7 @@ def scene(run: Run, room: int) -> tuple[dict[str, Any] | None, int]:
     return data, missing
 
 
-def _views(run: Run, film: Skin) -> Iterator[dict[str, Any]]:
+def _views(run: Run, film: FilmMesh) -> Iterator[dict[str, Any]]:
     """At each step modes, displacement, stresses and regions."""
     for s in _order(run):
         step = run.steps[s]
@@ -391,7 +391,7 @@ def _rims(run: Run) -> list[list[int]]:
     return loops
 
 
-def _lines(film: Skin) -> list[list[int]]:
+def _lines(film: FilmMesh) -> list[list[int]]:
     """Nodes of lines on the undeformed shape: eight meridians of a structured mesh, and the rims."""
     if film.grid is None:
         return []

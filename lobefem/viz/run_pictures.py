@@ -24,7 +24,7 @@ from lobefem.io.run_reader import Run, Step, load_run
 from lobefem.outcomes import UNKNOWN
 from lobefem.typing import Array
 from lobefem.viz import mode_figures
-from lobefem.viz.film_mesh import Skin, facing, skin
+from lobefem.viz.film_mesh import FilmMesh, facing, film_mesh
 from lobefem.viz.frames import Frames, load_frames
 from lobefem.viz.study_figures import curves
 from lobefem.viz.style import UNITS
@@ -187,10 +187,12 @@ def _step(run: Run, pressure: float | None) -> int:
     return found[-1]
 
 
-def _film(run: Run) -> Skin:
+def _film(run: Run) -> FilmMesh:
     mesh = run.design["mesh"]
     divisions = mesh.get("divisions")
-    return skin(run.x, run.corners, (0.0, 0.0, 1.0), divisions[1] * mesh.get("order", 1) if divisions else 0)
+    return film_mesh(
+        run.x, run.corners, (0.0, 0.0, 1.0), divisions[1] * mesh.get("order", 1) if divisions else 0
+    )
 
 
 def _title(run: Run, step: Step) -> str:
@@ -203,7 +205,7 @@ def _title(run: Run, step: Step) -> str:
 
 
 def _still(
-    film: Skin, panels: Sequence[Panel], title: str, width: float, **options: Any
+    film: FilmMesh, panels: Sequence[Panel], title: str, width: float, **options: Any
 ) -> Callable[[], Figure]:
     def draw() -> Figure:
         figure = blank()
@@ -319,7 +321,7 @@ def _state(run: Run, number: int, pressure: float | None, width: float) -> Pictu
     return Picture(_still(film, panels, _title(run, chosen[-1][1]), width))
 
 
-def _displaced(film: Skin, fields: Sequence[Array], names: Sequence[str]) -> list[Panel]:
+def _displaced(film: FilmMesh, fields: Sequence[Array], names: Sequence[str]) -> list[Panel]:
     """Shapes true to scale, coloured by displacement on one scale."""
     sizes: list[Array] = [np.sqrt((field**2).sum(axis=1)) for field in fields]
     largest = max(float(size.max()) for size in sizes)
@@ -338,7 +340,7 @@ def _displaced(film: Skin, fields: Sequence[Array], names: Sequence[str]) -> lis
 def _release(run: Run, width: float) -> Picture:
     frames = load_frames(run.path)
     assert frames is not None  # `held` has seen it
-    film = frames.skin
+    film = frames.film_mesh
     names = [_moment(run, point) for point in frames.points]
     panels = _displaced(film, frames.displacements, names)
     view = window(film, panels)

@@ -22,14 +22,14 @@ from lobefem.viz import mode_figures, study_figures
 from lobefem.viz.style import COLOURS, LEDGER, MM, STYLE
 
 if TYPE_CHECKING:
-    from lobefem.stability.harmonic_buckling import HarmonicChart
+    from lobefem.stability.harmonic_buckling import HarmonicPressures
     from lobefem.stability.mesh_convergence import MeshStudy
     from lobefem.stability.perturbation import Point
 
-__all__ = ["curves", "harmonic_pressures", "lowest_along_path", "perturbation", "refinement"]
+__all__ = ["curves", "harmonic_pressures_figure", "lowest_along_path", "perturbation", "refinement"]
 
 
-def harmonic_pressures(chart: HarmonicChart, *, title: str = "", width: float = 85.0) -> Figure:
+def harmonic_pressures_figure(chart: HarmonicPressures, *, title: str = "", width: float = 85.0) -> Figure:
     """p_crit(n) on a logarithmic axis; harmonics that never turn unstable lie on the upper edge.
 
     Args:
@@ -310,7 +310,7 @@ def curves(run: Run, width: float) -> Figure:
             width=width,
         )
     if results.get("chart"):
-        return study_figures.harmonic_pressures(_chart(results), width=width)
+        return study_figures.harmonic_pressures_figure(_chart(results), width=width)
     if results.get("meshes"):
         return study_figures.refinement(_study(results), width=width)
     return study_figures.perturbation(
@@ -328,10 +328,10 @@ def _number(value: Any, missing: float) -> float:
 
 
 def _chart(results: Any) -> Any:
-    from lobefem.stability.harmonic_buckling import HarmonicChart
+    from lobefem.stability.harmonic_buckling import HarmonicPressures
 
     rows = results["chart"]
-    return HarmonicChart(
+    return HarmonicPressures(
         tuple(row["harmonic"] for row in rows),
         tuple(_number(row["critical_pressure"], math.inf) for row in rows),
         tuple(row["kind"] for row in rows),
@@ -342,7 +342,7 @@ def _chart(results: Any) -> Any:
 
 
 def _study(results: Any) -> Any:
-    from lobefem.stability.harmonic_buckling import HarmonicChart
+    from lobefem.stability.harmonic_buckling import HarmonicPressures
     from lobefem.stability.mesh_convergence import MeshStudy, Trend
 
     def trend(data: dict[str, Any]) -> Trend:
@@ -353,7 +353,7 @@ def _study(results: Any) -> Any:
         results["film"],
         results["lobes"],
         tuple(
-            HarmonicChart(
+            HarmonicPressures(
                 (row["harmonic"],), (_number(row["critical_pressure"], math.inf),), ("",), (math.nan,),
                 tuple(row["divisions"]), results["lobes"],
             )

@@ -101,7 +101,7 @@ def _from_nothing(results: Results) -> list[str]:
 
 
 def _gas(results: Results) -> list[str]:
-    """A sentence on the surfaces on which the gas presses, which changes a critical pressure several times over."""
+    """A sentence on where the gas presses, which changes a critical pressure several times over."""
     if results.get("load") != "film" or results.get("support") == "fixed":
         return []
     return [

@@ -22,7 +22,7 @@ from matplotlib.transforms import Affine2D
 
 from lobefem.frozen import Frozen
 from lobefem.typing import Array
-from lobefem.viz.film_mesh import Skin, normals, outline, polygons
+from lobefem.viz.film_mesh import FilmMesh, normals, outline, polygons
 from lobefem.viz.style import COLOURS, MM, REGIONS, STYLE
 
 __all__ = ["Panel", "Scale", "Window", "blank", "draw", "paint", "window"]
@@ -96,18 +96,18 @@ class Window:
         return (self.high - self.low) / (2 * self.reach)
 
 
-def window(skin: Skin, panels: Sequence[Panel], margin: float = 0.04) -> Window:
+def window(film_mesh: FilmMesh, panels: Sequence[Panel], margin: float = 0.04) -> Window:
     """The extent that holds all the panels and the undeformed shape.
 
     Args:
-        skin: the film.
+        film_mesh: the film.
         panels: all that are drawn.
         margin: around, as a share of the diameter.
     """
-    shapes = [(skin.x, panel.across) for panel in panels] + [(p.shape, p.across) for p in panels]
+    shapes = [(film_mesh.x, panel.across) for panel in panels] + [(p.shape, p.across) for p in panels]
     reach = max(float(np.abs(np.stack([x @ e for e in across])).max()) for x, across in shapes)
-    heights = [x @ skin.axis for x, _ in shapes]
-    extra = margin * skin.diameter
+    heights = [x @ film_mesh.axis for x, _ in shapes]
+    extra = margin * film_mesh.diameter
     low, high = min(h.min() for h in heights), max(h.max() for h in heights)
     return Window(reach + extra, float(low) - extra, float(high) + extra)
 
@@ -121,7 +121,7 @@ def blank() -> Figure:
 
 def paint(
     figure: Figure,
-    skin: Skin,
+    film_mesh: FilmMesh,
     panels: Sequence[Panel],
     view: Window,
     *,
@@ -136,7 +136,7 @@ def paint(
 
     Args:
         figure: from `blank`; what was on it goes.
-        skin: the film.
+        film_mesh: the film.
         panels: what to draw.
         view: what all views show.
         title: over the figure.
@@ -163,7 +163,7 @@ def paint(
         paper = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, total))  # in mm; one is fast
         paper.set_axis_off()
         pitch = width / columns
-        around = 0 if skin.grid is None else skin.grid.shape[1]
+        around = 0 if film_mesh.grid is None else film_mesh.grid.shape[1]
         step = 2 if around >= (64 if cell > 20 else 32) else 1  # finer lines would run into each other
         captions = []
         for k, panel in enumerate(panels):
@@ -178,11 +178,11 @@ def paint(
                 places[0] = (left, top - cell * (max(view.side, 1.0) + view.side) / 2)
                 places[1] = (left + cell, top - cell * (max(view.side, 1.0) + 1) / 2)
             e1, e2 = panel.across
-            views = ((skin.axis, -e2, view.low), (e2, skin.axis, -view.reach))
+            views = ((film_mesh.axis, -e2, view.low), (e2, film_mesh.axis, -view.reach))
             for (x, y), (up, towards, bottom) in zip(places, views, strict=True):
                 put = Affine2D().translate(view.reach, -bottom).scale(cell / (2 * view.reach)).translate(x, y)
                 place = put + paper.transData
-                draw(paper, skin, panel.shape, (e1, up, towards), step, panel.values, panel.scale, place)
+                draw(paper, film_mesh, panel.shape, (e1, up, towards), step, panel.values, panel.scale, place)
         # neighbours' captions must not touch
         widest = max(caption.get_window_extent().width for caption in captions) / figure.dpi / MM
         for caption in captions if widest > 0.94 * pitch else ():
@@ -212,7 +212,7 @@ def _key(figure: Figure, scale: Scale, middle: float, wide: float, total: float)
 
 def draw(
     axes: Any,
-    skin: Skin,
+    film_mesh: FilmMesh,
     shape: Array,
     view: tuple[Array, Array, Array],
     step: int,
@@ -224,7 +224,7 @@ def draw(
 
     Args:
         axes: Matplotlib's.
-        skin: the film.
+        film_mesh: the film.
         shape: node positions as drawn (nodes, 3) [m].
         view: unit vectors to the right, up and towards the viewer.
         step: cells along each side of a face that is drawn.
@@ -235,10 +235,10 @@ def draw(
     place = axes.transData if place is None else place
     right, up, towards = view
     flat = np.stack([shape @ right, shape @ up], axis=1)
-    groups = polygons(skin, step)
-    cellwise = values is not None and len(values) == len(skin.faces)
+    groups = polygons(film_mesh, step)
+    cellwise = values is not None and len(values) == len(film_mesh.faces)
     if cellwise:
-        groups[0] = skin.faces
+        groups[0] = film_mesh.faces
     order = np.argsort(np.concatenate([shape[g].mean(axis=1) @ towards for g in groups]))
     corners = [polygon for g in groups for polygon in flat[g]]
     if values is None or scale is None:
@@ -262,17 +262,19 @@ def draw(
     )
     axes.add_collection(faces, autolim=False)
     dotted = _DOTTED | {"transform": place}
-    _undeformed(axes, skin, view, dotted)
-    if skin.grid is not None and values is None:
-        from_above = bool(abs(towards @ skin.axis) > 0.5)
-        meridian = _meridian(skin, -up if from_above else towards, from_above)
+    _undeformed(axes, film_mesh, view, dotted)
+    if film_mesh.grid is not None and values is None:
+        from_above = bool(abs(towards @ film_mesh.axis) > 0.5)
+        meridian = _meridian(film_mesh, -up if from_above else towards, from_above)
         axes.plot(*flat[meridian].T, color=COLOURS["sway"], lw=1.0, zorder=2, transform=place)
-        axes.plot(skin.x[meridian] @ right, skin.x[meridian] @ up, **dotted)
+        axes.plot(film_mesh.x[meridian] @ right, film_mesh.x[meridian] @ up, **dotted)
 
 
-def _undeformed(axes: Any, skin: Skin, view: tuple[Array, Array, Array], dotted: dict[str, Any]) -> None:
-    z, r = outline(skin)
-    if abs(view[2] @ skin.axis) > 0.5:
+def _undeformed(
+    axes: Any, film_mesh: FilmMesh, view: tuple[Array, Array, Array], dotted: dict[str, Any]
+) -> None:
+    z, r = outline(film_mesh)
+    if abs(view[2] @ film_mesh.axis) > 0.5:
         angle = np.linspace(0, 2 * np.pi, 181)
         for radius in (r.max(), r[-1]):
             axes.plot(radius * np.cos(angle), radius * np.sin(angle), **dotted)
@@ -281,11 +283,11 @@ def _undeformed(axes: Any, skin: Skin, view: tuple[Array, Array, Array], dotted:
         axes.plot(x, y, **dotted)
 
 
-def _meridian(skin: Skin, front: Array, from_above: bool) -> npt.NDArray[np.int64]:
+def _meridian(film_mesh: FilmMesh, front: Array, from_above: bool) -> npt.NDArray[np.int64]:
     """Nodes of the meridian at the front; from above only what is above the topmost equator is seen."""
-    assert skin.grid is not None
-    meridian = skin.grid[:, np.argmax(skin.x[skin.grid[0]] @ front)]
+    assert film_mesh.grid is not None
+    meridian = film_mesh.grid[:, np.argmax(film_mesh.x[film_mesh.grid[0]] @ front)]
     if from_above:
-        _, r = outline(skin)
+        _, r = outline(film_mesh)
         meridian = meridian[len(r) - 1 - int(np.argmax(np.diff(r[::-1]) < 0)) :]
     return meridian

@@ -135,11 +135,11 @@ def stretched(balloon, guess, **options):
     """Equilibrium, without pressure, of a flat film whose edges are held at displacements.
 
     Args:
-        balloon: with `Held` parts.
+        balloon: with `Fixed` parts.
         guess: function of coordinates x (3, n): displacements (3, n) from which Newton's method starts.
         options: of `inflate`.
     """
-    still = [replace(part, displacement=None) for part in balloon.parts]
+    still = [replace(part, displacement=None) for part in balloon.components]
     rest = Balloon(balloon.surface, balloon.film, still, frame=balloon.frame)
     start = state_at(rest, guess(nodal(balloon).T).T)
     return inflate(balloon, 0.0, start=start, **options)
@@ -150,7 +150,7 @@ def nodal_forces(balloon, state):
 
     In equilibrium the forces are those of the supports.
     """
-    balloon.place(state.vector())
+    balloon.set_unknowns(state.vector())
     r = fem.assemble_vector(balloon.forms.residual)
     r.scatter_reverse(la.InsertMode.add)
     forces = r.array.reshape(-1, 3)[: balloon.map.owned // 3]

@@ -12,7 +12,7 @@ from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.kinematics import tangent_frame
 from lobefem.model.self_contact import SelfContact
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 
 P, ACTIVATION = 40.0, 0.02
 
@@ -34,8 +34,8 @@ def pressed(comm, n, stiffness=None):
     surface = two_patches(comm, 2 * ACTIVATION, n)
     parts = [
         GasPressure("film"),
-        Held(lambda x: x[2] < ACTIVATION),
-        Held(lambda x: x[2] > ACTIVATION, (0, 1)),
+        Fixed(lambda x: x[2] < ACTIVATION),
+        Fixed(lambda x: x[2] > ACTIVATION, (0, 1)),
         SelfContact(activation=ACTIVATION, stiffness=stiffness),
     ]
     balloon = Balloon(surface, Isotropic(), parts, frame=tangent_frame(surface.mesh, (1, 0, 0)))
@@ -50,7 +50,7 @@ def pressed(comm, n, stiffness=None):
 def patches(comm):
     """The contact of two patches, and their displacements when they are a distance from each other."""
     surface = two_patches(comm, 2 * ACTIVATION, 3)
-    parts = [Held(lambda x: x[2] < ACTIVATION), SelfContact(activation=ACTIVATION, stiffness=P)]
+    parts = [Fixed(lambda x: x[2] < ACTIVATION), SelfContact(activation=ACTIVATION, stiffness=P)]
     balloon = Balloon(surface, Isotropic(), parts, frame=tangent_frame(surface.mesh, (1, 0, 0)))
     upper = nodal(balloon)[:, 2:] > ACTIVATION
 

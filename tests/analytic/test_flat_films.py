@@ -18,12 +18,12 @@ from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.kinematics import tangent_frame
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 
 SYMMETRY = (
-    Held(lambda x: np.isclose(x[0], 0), (0,)),
-    Held(lambda x: np.isclose(x[1], 0), (1,)),
+    Fixed(lambda x: np.isclose(x[0], 0), (0,)),
+    Fixed(lambda x: np.isclose(x[1], 0), (1,)),
 )
 
 
@@ -34,7 +34,7 @@ def film_balloon(surface, film, edge, load="closed"):
 
 
 def rim(radius, components):
-    return Held(lambda x: np.isclose(np.hypot(x[0], x[1]), radius), components)
+    return Fixed(lambda x: np.isclose(np.hypot(x[0], x[1]), radius), components)
 
 
 # --- Hencky's disc: clamped at its edge, isotropic ---------------------------------------------
@@ -187,7 +187,7 @@ def test_mylar_balloon(comm):
 def inflated_airbag(comm, film, divisions):
     """A quarter of one of the two square sheets, joined at their edges, in the plane z = 0."""
     half_side = 0.6 / np.sqrt(2)
-    edge = Held(lambda x: np.isclose(np.maximum(x[0], x[1]), half_side), (2,))
+    edge = Fixed(lambda x: np.isclose(np.maximum(x[0], x[1]), half_side), (2,))
     balloon = film_balloon(square(comm, half_side, divisions), film, edge)
     x = nodal(balloon) / half_side
     dome = np.zeros_like(x)

@@ -8,7 +8,7 @@ from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.state import ideal_state
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry.isotensoid import Isotensoid
-from lobefem.geometry.natural_shape import FormedLobe
+from lobefem.geometry.natural_shape import NaturalShape
 from lobefem.geometry.stacks import cylinder, lobed_cylinder
 from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates
@@ -44,7 +44,7 @@ def balloon(surface, film=None, *, plates=None, load="film"):
 def test_three_shapes_of_the_cylinder(forms, pressure):
     """Nodes within 0.5 % of R0 of the elliptic meridian, N_phi R within 0.5 %, no hoop stress."""
     form = forms[pressure]
-    exact = FormedLobe.inflated(RADIUS, LENGTH, form.Et, pressure)
+    exact = NaturalShape.inflated(RADIUS, LENGTH, form.Et, pressure)
     s = exact.stations(24)
     state = form.state
     X = state.balloon.V.tabulate_dof_coordinates()

@@ -17,7 +17,7 @@ from fourier import Lobe
 
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
-from lobefem.stability.harmonic_buckling import harmonic_chart
+from lobefem.stability.harmonic_buckling import harmonic_pressures
 
 pytestmark = pytest.mark.serial
 
@@ -30,7 +30,7 @@ def errors_of(comm, meshes, harmonics, order, cell, film=None, law="fixed"):
     exact = np.array([Lobe(n).critical_pressure(law) for n in harmonics])
     mesh = {"lobes": 1, "order": order, "cell": cell, "sector": True, "support": "fixed", "prestressed": True}
     balloons = [stack(comm, film or FixedWrinkles(), "film", divisions=m, **mesh) for m in meshes]
-    return np.array([harmonic_chart(b, harmonics).pressures for b in balloons]) / exact - 1
+    return np.array([harmonic_pressures(b, harmonics).pressures for b in balloons]) / exact - 1
 
 
 def check_rates(errors, meshes, least):

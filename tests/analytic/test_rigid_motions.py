@@ -22,7 +22,7 @@ from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.kinematics import tangent_frame
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 from lobefem.stability.modes import find_modes
 
@@ -35,10 +35,10 @@ def at_node(*point):
 
 # six components that hold a body and let it stretch as it likes: reactions are zero
 SIX = (
-    Held(at_node(RADIUS, 0, 0), (1, 2)),
-    Held(at_node(-RADIUS, 0, 0), (1, 2)),
-    Held(at_node(0, RADIUS, 0), (2,)),
-    Held(at_node(0, 0, RADIUS), (0,)),
+    Fixed(at_node(RADIUS, 0, 0), (1, 2)),
+    Fixed(at_node(-RADIUS, 0, 0), (1, 2)),
+    Fixed(at_node(0, RADIUS, 0), (2,)),
+    Fixed(at_node(0, 0, RADIUS), (0,)),
 )
 
 
@@ -103,7 +103,7 @@ def test_a_pinned_stack_has_two_zero_modes(comm, load, bar):
     balloon = Balloon(surface, Isotropic(), parts)
     # from the clamped state, which is the same by symmetry and is found from rest
     state = inflate(balloon, PRESSURE, rtol=1e-11)
-    K = balloon.tangent(state.activate())
+    K = balloon.tangent(state.restore())
     x = nodal(balloon) + state.displacement
     for k, axis in enumerate(balloon.motion.across):
         phi, force = balloon.map.create_vector(), balloon.map.create_vector()

@@ -16,14 +16,14 @@ from lobefem.model.end_plates import EndPlates, PlateLoad
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.imp import IMP
 from lobefem.model.kinematics import tangent_frame
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 
 import ufl
 
 pytestmark = pytest.mark.serial
 
-PLANE = Held(lambda x: np.full(x.shape[1], True), (2,))
+PLANE = Fixed(lambda x: np.full(x.shape[1], True), (2,))
 
 
 def flat(surface, film, *held):
@@ -53,9 +53,9 @@ def bent_strip(comm, film, X, divisions):
     balloon = flat(
         surface,
         film,
-        Held(lambda x: np.isclose(x[0], 0), (0,)),
-        Held(lambda x: np.isclose(x[0], 1), (0,), bending),
-        Held(lambda x: np.isclose(x[0], 0) & np.isclose(x[1], 1), (1,)),
+        Fixed(lambda x: np.isclose(x[0], 0), (0,)),
+        Fixed(lambda x: np.isclose(x[0], 1), (0,), bending),
+        Fixed(lambda x: np.isclose(x[0], 0) & np.isclose(x[1], 1), (1,)),
     )
     state = stretched(balloon, bending, max_iterations=60)
     x, forces = nodal_forces(balloon, state)
@@ -140,7 +140,7 @@ def ray_angles(comm, film, U, W, length, rows):
         return np.array([U * x[1], W * x[1], 0 * x[0]]) / HEIGHT
 
     surface = rectangle(comm, length, HEIGHT, (round(rows * length / HEIGHT), rows))
-    edges = Held(lambda x: np.isclose(x[1], 0)), Held(lambda x: np.isclose(x[1], HEIGHT), (0, 1, 2), shear)
+    edges = Fixed(lambda x: np.isclose(x[1], 0)), Fixed(lambda x: np.isclose(x[1], HEIGHT), (0, 1, 2), shear)
     balloon = flat(surface, film, *edges)
     state = stretched(balloon, shear, max_iterations=100)
     x, N = cell_resultants(balloon, state)
@@ -207,7 +207,7 @@ def test_inflated_tube_in_bending(comm):
         load = PlateLoad(moment=(share * UNIT, 0.0, 0.0))
         balloon = Balloon(surface, film, [GasPressure("closed"), EndPlates(bar=False), load])
         found = inflate(balloon, PRESSURE, start=state, min_step=0.9, **options)
-        turn = dict(zip(balloon.motion.names, balloon.map.parameters(found.activate()), strict=True))
+        turn = dict(zip(balloon.motion.names, balloon.map.parameters(found.restore()), strict=True))
         bent[share] = turn["top_rotation_x"] / TUBE * film.Et / PRESSURE
         # away from the plates, which hold the film round
         x = ufl.SpatialCoordinate(balloon.mesh)

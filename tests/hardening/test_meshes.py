@@ -15,7 +15,7 @@ from lobefem.geometry.stacks import cylinder
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 
 RINGS, AROUND = 3, 6
 
@@ -104,9 +104,9 @@ def test_a_film_that_nothing_holds_takes_the_same_shape_as_one_just_held(comm):
 
     surface = tube(comm)
     held = [
-        Held(near(1, 0)),
-        Held(near(-1, 0), components=(1, 2)),
-        Held(near(0.5, np.sqrt(3) / 2), components=(2,)),
+        Fixed(near(1, 0)),
+        Fixed(near(-1, 0), components=(1, 2)),
+        Fixed(near(0.5, np.sqrt(3) / 2), components=(2,)),
     ]
     states = [
         inflate(Balloon(surface, Isotropic(E=1e7), [GasPressure("film"), *parts]), 10.0)

@@ -44,7 +44,7 @@ def cell_strains(balloon):
     )
 
     def at(q):
-        balloon.place(q)
+        balloon.set_unknowns(q)
         strain.interpolate(expression)
         return np.linalg.eigvalsh(strain.x.array.reshape(-1, 2, 2))
 

@@ -36,7 +36,7 @@ stack = partial(builders.stack, lobes=3, divisions=(2, 5), EA=2e5)
 
 def under(balloon, distortion, share=1.0):
     led = constrain(balloon, distortion)
-    led.guide.parameter = share * distortion.parameter
+    led.prescribed.parameter = share * distortion.parameter
     return led
 
 
@@ -90,7 +90,7 @@ def test_jacobian_is_the_maps_derivative(comm, distortion):
     h = 1e-3
 
     def at(t):
-        balloon.place(moved(q, t, d))
+        balloon.set_unknowns(moved(q, t, d))
         return balloon.u.x.array.reshape(-1, 3).copy()
 
     difference = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
@@ -108,7 +108,7 @@ def test_reaction_is_the_energys_rate(comm, distortion, plates):
     reaction = balloon.reaction(q)
 
     def energy(t):
-        balloon.guide.parameter = t
+        balloon.prescribed.parameter = t
         return balloon.energy(q)[0]
 
     rate = (8 * (energy(s + h) - energy(s - h)) - (energy(s + 2 * h) - energy(s - 2 * h))) / (12 * h)
@@ -122,10 +122,10 @@ def test_unknowns_of_a_displacement(comm, distortion):
     balloon = under(free, distortion)
     n = balloon.map.num_parameters
     q = unknowns(balloon, 0.1 * wavy(nodes(balloon), 1), np.linspace(-0.3, 0.2, n))
-    balloon.place(q)
+    balloon.set_unknowns(q)
     displacement = balloon.u.x.array.copy()
-    np.testing.assert_allclose(balloon.adopt(balloon).array_r, q.array_r, rtol=0, atol=1e-14)
-    free.place(free.adopt(balloon))
+    np.testing.assert_allclose(balloon.unknowns_of(balloon).array_r, q.array_r, rtol=0, atol=1e-14)
+    free.set_unknowns(free.unknowns_of(balloon))
     np.testing.assert_allclose(free.u.x.array, displacement, rtol=0, atol=1e-13)
 
 
@@ -238,7 +238,7 @@ def test_work_is_the_energy_gained(start, distortion):
 def test_small_tip_force_is_the_tangents(start):
     """F/delta = 1/(e . K^-1 e), K the free balloon's tangent and e the top centre's motion along x."""
     balloon = start.balloon
-    q = start.activate()
+    q = start.restore()
     K = balloon.tangent(q).copy()
     e = unknowns(balloon, np.zeros_like(start.displacement))
     _, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
@@ -283,7 +283,7 @@ def test_each_step_is_handed_on_and_can_be_gone_on_from(start):
     assert tuple(record for record, _ in seen) == whole.history
     assert [state.parameter for _, state in seen] == pytest.approx([0, 0.01, 0.02, 0.03, 0.04])
     record, state = seen[2]
-    state.activate()
+    state.restore()
     np.testing.assert_array_equal(start.balloon.u.x.array.reshape(-1, 3), state.displacement)
     # from the state itself, and from what a file keeps of it
     kept = release_start(state)
@@ -349,7 +349,7 @@ def test_a_failed_ramp_returns_the_last_equilibrium(start):
     assert any(line.startswith("twist 60 degrees: ") for line in said), said
     state, data = failed.value.state, failed.value.data
     assert data["parameter"] == state.parameter == data["history"][-1].parameter
-    q = state.activate()
+    q = state.restore()
     r = q.duplicate()
     state.balloon.residual(q, r)
     assert r.norm() < 1e-6

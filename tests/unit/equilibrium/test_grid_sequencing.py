@@ -13,7 +13,7 @@ from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 
 from mpi4py import MPI
@@ -36,7 +36,7 @@ def field(x):
 def interpolation_error(comm, divisions, **mesh):
     fine = Balloon(lobed_cylinder(2, divisions, comm=comm, **mesh), Isotropic())
     coarse = grid_sequencing.coarser_balloon(fine)
-    fine.place(grid_sequencing.interpolate(coarse, unknowns(coarse, field(nodes(coarse))), fine))
+    fine.set_unknowns(grid_sequencing.interpolate(coarse, unknowns(coarse, field(nodes(coarse))), fine))
     error = np.abs(fine.u.x.array.reshape(-1, 3) - field(nodes(fine))).max(axis=1)
     exact = comm.allreduce(np.count_nonzero(error[: fine.map.owned // 3] < 1e-12))
     return comm.allreduce(error.max(), op=MPI.MAX), exact, coarse.V.dofmap.index_map.size_global
@@ -65,7 +65,7 @@ def test_a_nested_start_leads_to_the_same_state_of_a_stack_with_hoops(comm, load
 
 def test_what_has_no_coarser_mesh_starts_as_it_is(comm):
     surface = lobed_cylinder(1, (8, 9), comm=comm)
-    held = [Held(rim) for rim in ("rim_bottom", "rim_top")]
+    held = [Fixed(rim) for rim in ("rim_bottom", "rim_top")]
     assert grid_sequencing.coarser_balloon(Balloon(surface, Isotropic(), held)) is None
     assert inflate(Balloon(surface, Isotropic(), held), 5.0, nested=True).converged
 

@@ -24,7 +24,7 @@ stack = partial(builders.stack, lobes=4)
 
 
 def residual_norm(state):
-    q = state.activate()
+    q = state.restore()
     r = q.duplicate()
     state.balloon.residual(q, r)
     return r.norm()
@@ -85,7 +85,7 @@ def test_a_state_keeps_its_own_copies(comm):
     np.testing.assert_array_equal(low.displacement, displacement)
     with pytest.raises(dataclasses.FrozenInstanceError):
         low.pressure = 3.0
-    low.activate()
+    low.restore()
     assert balloon.pressure.value == 2.0
     np.testing.assert_array_equal(balloon.u.x.array.reshape(-1, 3), displacement)
 

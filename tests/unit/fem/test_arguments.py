@@ -27,10 +27,10 @@ from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.imp import IMP, PrescribedPath
 from lobefem.model.kinematics import revolved_frame
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 from lobefem.stability.cyclic import sector_balloon
-from lobefem.stability.harmonic_buckling import harmonic_chart
+from lobefem.stability.harmonic_buckling import harmonic_pressures
 from lobefem.stability.linear_buckling import critical_pressure
 from lobefem.stability.modes import find_modes
 from lobefem.stability.one_sided import one_sided_pressures
@@ -40,7 +40,7 @@ from lobefem.stability.relaxation import release
 # each argument that is bound to no mesh, with a value that is not its default
 GIVEN = {
     "film": FixedWrinkles(E=1e9, nu=0.2, thickness=2e-5, slack_stiffness=1e-3),
-    "parts": (GasPressure("film"), Hoops(EA=2e5), EndPlates("pinned"), Held("rim_bottom", (2,))),
+    "parts": (GasPressure("film"), Hoops(EA=2e5), EndPlates("pinned"), Fixed("rim_bottom", (2,))),
     "prestressed": True,
     "hoop_slack": 1e-3,
     "quadrature_degree": 3,
@@ -64,8 +64,8 @@ def path(comm):
 def test_each_argument_survives_another_surface_and_one_sector(comm):
     balloon = Balloon(lobed_cylinder(2, (4, 6), comm=comm), **GIVEN)
     finer = lobed_cylinder(2, (6, 8), comm=comm)
-    assert kept_of(balloon.on(finer)) == GIVEN
-    assert balloon.on(finer).surface is finer
+    assert kept_of(balloon.remeshed(finer)) == GIVEN
+    assert balloon.remeshed(finer).surface is finer
     sector = sector_balloon(balloon)
     assert kept_of(sector) == GIVEN
     assert sector.surface.copies == 6
@@ -79,10 +79,10 @@ def test_each_argument_survives_another_film(comm, path):
     assert kept_of(other) == GIVEN | {"film": film}
     assert other.surface is surface
     assert other.given_frame is balloon.given_frame is not None
-    loaded = Balloon(path.balloon.surface, TensionField(), path.balloon.parts, load_path=path)
+    loaded = Balloon(path.balloon.surface, TensionField(), path.balloon.components, load_path=path)
     assert loaded.with_changes(film=IMP()).load_path is path
     for bound in (balloon, loaded):
-        for use in (sector_balloon, lambda b: b.on(lobed_cylinder(2, (6, 8), comm=comm))):
+        for use in (sector_balloon, lambda b: b.remeshed(lobed_cylinder(2, (6, 8), comm=comm))):
             with pytest.raises(InputError, match=r"frame|load_path"):
                 use(bound)
     known = {*GIVEN, "surface", "frame", "load_path"}
@@ -113,7 +113,7 @@ def test_what_is_no_row_of_parts_is_refused(comm, parts, text):
 def test_one_part_needs_no_brackets(comm):
     surface = lobed_cylinder(1, (2, 4), comm=comm)
     balloon = Balloon(surface, TensionField(), GasPressure("film"))
-    assert balloon.parts == (GasPressure("film"),)
+    assert balloon.components == (GasPressure("film"),)
     assert balloon.load.convention == "film"
     assert Balloon(surface, TensionField(), iter([GasPressure("film"), EndPlates()])).plates == EndPlates()
 
@@ -155,7 +155,7 @@ def test_things_of_another_kind_are_refused_in_one_sentence(comm, shared_path):
         (lambda: inflate(state, 5.0), needs_balloon),
         (lambda: ideal_state(state, 5.0), needs_balloon),
         (lambda: critical_pressure(state), needs_balloon),
-        (lambda: harmonic_chart(state), needs_balloon),
+        (lambda: harmonic_pressures(state), needs_balloon),
         (lambda: one_sided_pressures(state), needs_balloon),
         (lambda: perturb(state, 5.0, Tip(0.1)), needs_balloon),
         (lambda: perturb(balloon, 5.0, Tip), "distortion is the class Tip; give one such as Tip"),
@@ -260,11 +260,11 @@ def test_the_arrays_of_what_was_found_are_read_only(comm):
 def test_the_public_names():
     """What `lobefem` exports; a change of it is a change for every user."""
     assert sorted(lobefem.__all__) == [
-        "Balloon", "Cords", "CriticalPoint", "CriticalPressure", "Design", "EndPlates", "Equilibrium",
-        "FixedWrinkles", "Form", "FormedLobe", "GasPressure", "HarmonicChart", "Held", "Hoops", "IMP",
+        "Balloon", "Cables", "CriticalPoint", "CriticalPressure", "Design", "EndPlates", "Equilibrium",
+        "FixedWrinkles", "Form", "NaturalShape", "GasPressure", "HarmonicPressures", "Fixed", "Hoops", "IMP",
         "Isotensoid", "Isotropic", "Modes", "Perturbed", "PlateLoad", "PrescribedPath", "Released", "Surface",
         "TensionField", "Trace", "__version__", "critical_point", "critical_pressure", "cylinder",
-        "find_form", "find_modes", "harmonic_chart", "ideal_state", "inflate", "isotensoid_stiffness",
+        "find_form", "find_modes", "harmonic_pressures", "ideal_state", "inflate", "isotensoid_stiffness",
         "lobed_cylinder", "perturb", "trace",
     ]  # fmt: skip
     assert dir(lobefem) == sorted(lobefem.__all__)

@@ -14,12 +14,12 @@ from lobefem.fem.rigid_plates import rotation
 from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.geometry.stacks import cylinder, lobed_cylinder
 from lobefem.linalg import petsc
-from lobefem.model.cables import Cords
+from lobefem.model.cables import Cables
 from lobefem.model.end_plates import EndPlates, PlateLoad
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure, film_volume
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 
 import ufl
@@ -323,12 +323,12 @@ def test_errors_of_parts_that_do_not_go_together(comm):
         ([EndPlates(), EndPlates()], "a balloon takes one EndPlates, not 2"),
         (
             ["hoop"],
-            "'hoop' is no part of a balloon; use one of GasPressure, Cords, EndPlates, PlateLoad, Held, "
+            "'hoop' is no part of a balloon; use one of GasPressure, Cables, EndPlates, PlateLoad, Held, "
             "SelfContact",
         ),
-        ([Held("rim")], r"no edge group 'rim' on this surface; it has \["),
-        ([Held("lobe_1")], r"no edge group 'lobe_1' on this surface; it has \["),
-        ([Cords(on=("seam_9",))], r"no edge group 'seam_9' on this surface; it has \["),
+        ([Fixed("rim")], r"no edge group 'rim' on this surface; it has \["),
+        ([Fixed("lobe_1")], r"no edge group 'lobe_1' on this surface; it has \["),
+        ([Cables(on=("seam_9",))], r"no edge group 'seam_9' on this surface; it has \["),
     ):
         with pytest.raises(InputError, match=text):
             Balloon(surface, Isotropic(), parts)
@@ -364,7 +364,7 @@ def test_errors_of_parts_that_do_not_go_together(comm):
 )
 def test_held_parts_that_make_no_sense_are_refused(arguments, text):
     with pytest.raises(InputError, match=text):
-        Held(**{"on": "rim_top", **arguments})
+        Fixed(**{"on": "rim_top", **arguments})
 
 
 def test_held_components_take_their_displacement(comm):
@@ -373,9 +373,9 @@ def test_held_components_take_their_displacement(comm):
     def stretch(x):
         return np.array([0 * x[0], 0.1 * x[1], 0.01 * x[2]])
 
-    held = [Held("rim_top", (2,), stretch), Held("rim_top"), Held("rim_bottom", (0, 1), stretch)]
+    held = [Fixed("rim_top", (2,), stretch), Fixed("rim_top"), Fixed("rim_bottom", (0, 1), stretch)]
     balloon = Balloon(surface, Isotropic(), held)
-    balloon.place(balloon.map.create_vector())
+    balloon.set_unknowns(balloon.map.create_vector())
     u, x = balloon.u.x.array.reshape(-1, 3), nodes(balloon)
     top, bottom = np.isclose(x[:, 2], 2), np.isclose(x[:, 2], 0)
     # the first of two parts counts, and what none gives is zero
@@ -424,7 +424,7 @@ def test_the_predicted_tangent_leaves_out_what_is_quadratic_in_the_last_step(com
         return Kd.dot(d)
 
     def energy(s):
-        balloon.place(moved(q, s, d))
+        balloon.set_unknowns(moved(q, s, d))
         return balloon.strain_energy()
 
     fourth = sum(w * energy(s) for w, s in zip((1, -4, 6, -4, 1), range(-2, 3), strict=True)) / 24

@@ -10,7 +10,7 @@ from lobefem.fem.rigid_plates import rotation
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 
 from petsc4py import PETSc
 
@@ -50,7 +50,7 @@ def test_rims_move_as_rigid_bodies_and_the_rest_as_told(comm, plates):
     x = nodes(balloon)
     y = np.linspace(-0.4, 0.7, balloon.motion.size)
     field = 0.1 * wavy(x, 1)
-    balloon.place(unknowns(balloon, field, y))
+    balloon.set_unknowns(unknowns(balloon, field, y))
     u = balloon.u.x.array.reshape(-1, 3)  # ghosts too
     w, _, _ = balloon.motion.evaluate(y)
     inner = np.ones(len(x), dtype=bool)
@@ -75,7 +75,7 @@ def test_jacobian_is_the_maps_derivative(comm, plates):
     def at(t):
         p = q.copy()
         p.axpy(t, d)
-        balloon.place(p)
+        balloon.set_unknowns(p)
         return balloon.u.x.array.reshape(-1, 3).copy()
 
     difference = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h)
@@ -122,7 +122,7 @@ def test_reduced_residual_and_tangent_are_products_with_the_jacobian(comm, plate
 def test_held_components_stay_and_are_no_unknowns(comm):
     shape = lobed_cylinder(1, (3, 7), comm=comm)
     middle = shape.shape.height / 3
-    held = Held(lambda x: np.abs(x[2] - middle) < 1.0, (0, 2))
+    held = Fixed(lambda x: np.abs(x[2] - middle) < 1.0, (0, 2))
     balloon = make(comm, EndPlates("fixed"), held)
     x = nodes(balloon)
     on = np.abs(x[:, 2] - middle) < 1.0
@@ -130,7 +130,7 @@ def test_held_components_stay_and_are_no_unknowns(comm):
     count = comm.allreduce(int(on[:owned].sum()))
     assert count == 7
     assert balloon.map.size == 3 * 14 - 2 * count
-    balloon.place(unknowns(balloon, np.ones_like(x)))
+    balloon.set_unknowns(unknowns(balloon, np.ones_like(x)))
     u = balloon.u.x.array.reshape(-1, 3)
     np.testing.assert_array_equal(u[on], np.broadcast_to([0.0, 1.0, 0.0], u[on].shape))
 
@@ -138,10 +138,10 @@ def test_held_components_stay_and_are_no_unknowns(comm):
 def test_held_edge_by_name_and_a_rim_that_follows_its_plate(comm):
     """A plate's rim is the plate's: a hold on it adds nothing."""
     alone = make(comm, EndPlates("clamped"))
-    both = make(comm, EndPlates("clamped"), Held("rim_bottom"))
+    both = make(comm, EndPlates("clamped"), Fixed("rim_bottom"))
     assert both.map.size == alone.map.size
     surface = lobed_cylinder(1, (3, 7), comm=comm)
-    named = Balloon(surface, Isotropic(), [Held("rim_bottom"), Held("rim_top", (2,))])
+    named = Balloon(surface, Isotropic(), [Fixed("rim_bottom"), Fixed("rim_top", (2,))])
     assert named.map.size == 3 * 28 - 21 - 7
 
 

@@ -54,7 +54,7 @@ def test_nothing_is_felt_at_rest(comm, kw):
     """The default activation lies below every gap at rest, and energy and force are exactly zero."""
     balloon = stack(comm, **kw)
     contact = balloon.contact
-    balloon.place(balloon.map.create_vector())
+    balloon.set_unknowns(balloon.map.create_vector())
     assert 0 < contact.activation == pytest.approx(0.25 * contact.rest_gap)
     assert contact.energy(balloon.u) == 0.0
     assert not contact.gradient(balloon.u).any()
@@ -94,7 +94,7 @@ def test_taylor_of_the_barrier(comm, kw):
     def barrier(h):
         w = q.copy()
         w.axpy(h, d)
-        balloon.place(w)
+        balloon.set_unknowns(w)
         return balloon.contact.energy(balloon.u)
 
     e = barrier(0)
@@ -137,7 +137,7 @@ def test_rims_reach_the_plates(comm):
     rims = tuple(balloon.edge_nodes(n) for n in ("rim_bottom", "rim_top"))
     facets = film_facets(balloon.V, rims)
     q = unknowns(balloon, np.zeros_like(nodes(balloon)), np.array([0.1, -0.2, 0.3, 0.4, 0.5, -0.6]))
-    balloon.place(q)
+    balloon.set_unknowns(q)
     moved = Gathering(balloon.V).gather(balloon.u.x.array)
     if comm.rank:
         return
@@ -176,14 +176,14 @@ def test_steps_stop_before_the_film_touches(comm):
     step = pinched(balloon, share=-1.0)
     through = rest.copy()
     through.axpy(1.0, step)
-    balloon.place(through)
+    balloon.set_unknowns(through)
     assert balloon.contact.intersects(balloon.u)
     assert balloon.energy(through)[0] == math.inf
     share = free_share(balloon, rest, step)
     assert 0.1 < share < 0.999
     cut = rest.copy()
     cut.axpy(share, step)
-    balloon.place(cut)
+    balloon.set_unknowns(cut)
     assert not balloon.contact.intersects(balloon.u)
     small = rest.copy()
     small.axpy(1e-3, step)
@@ -195,7 +195,7 @@ def test_steps_that_no_search_looks_at_leave_a_part_of_the_gap(comm, monkeypatch
     """Just below the limit of what is not searched the film stays apart, and the search says the same."""
     balloon = stack(comm)
     contact, q = balloon.contact, pinched(balloon, 0.5)
-    balloon.place(q)
+    balloon.set_unknowns(q)
     before = contact.gap(balloon.u)
     assert before < contact.activation
     rng = np.random.default_rng(seed)
@@ -210,7 +210,7 @@ def test_steps_that_no_search_looks_at_leave_a_part_of_the_gap(comm, monkeypatch
     monkeypatch.setattr("lobefem.fem.contact_potential._AWAY", 0.0)
     assert free_share(balloon, q, step) == 1.0
     q.axpy(1.0, step)
-    balloon.place(q)
+    balloon.set_unknowns(q)
     assert not contact.intersects(balloon.u)
     assert contact.gap(balloon.u) > 0.2 * before
 
@@ -284,7 +284,7 @@ def test_gap_force_and_energy_are_those_of_the_serial_run(comm):
         whole, alone = stack(comm, **kw), stack(MPI.COMM_SELF, **kw)
         for balloon in (whole, alone):
             balloon.set_loads(100.0)
-            balloon.place(pinched(balloon))
+            balloon.set_unknowns(pinched(balloon))
         a, b = whole.contact.measure(whole.u), alone.contact.measure(alone.u)
         assert a.pairs == b.pairs >= 8
         for name in ("gap", "force", "area", "energy"):
@@ -311,7 +311,7 @@ def test_the_list_of_near_pairs_serves_while_the_film_moves_little(comm):
             share = free_share(balloon, q, step)
             contact._candidates = None
             assert free_share(balloon, q, step) == pytest.approx(share, rel=1e-9)
-        balloon.place(q)
+        balloon.set_unknowns(q)
         contact._found.clear()
         force, energy = contact.gradient(balloon.u), contact.energy(balloon.u)
         kept = contact._candidates

@@ -18,10 +18,10 @@ from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 from lobefem.stability.cyclic import Sector
-from lobefem.stability.harmonic_buckling import harmonic_chart
+from lobefem.stability.harmonic_buckling import harmonic_pressures
 from lobefem.stability.linear_buckling import critical_pressure
 from lobefem.stability.modes import find_modes
 from lobefem.stability.sector_modes import modes_of_harmonics
@@ -97,7 +97,7 @@ def test_single_harmonics_are_those_of_the_full_model_anywhere(comm, diagonals, 
     home = stack(comm, diagonals=diagonals, **kind)
     there = stack(comm, "anywhere", diagonals=diagonals, **kind)
     assert there.reference_volume == pytest.approx(home.reference_volume, rel=1e-12)
-    charts = [harmonic_chart(balloon, comm=comm) for balloon in (home, there)]
+    charts = [harmonic_pressures(balloon, comm=comm) for balloon in (home, there)]
     np.testing.assert_allclose(charts[1].pressures, charts[0].pressures, rtol=1e-8)
     assert charts[1].kinds == charts[0].kinds
     found = critical_pressure(there)
@@ -110,7 +110,7 @@ def test_single_harmonics_are_those_of_the_full_model_anywhere(comm, diagonals, 
 def test_modes_of_single_harmonics_solve_the_full_problem_anywhere(comm, where, diagonals):
     """Also the vectors: plates and nodes move together as the sector's do."""
     state = inflate(stack(comm, where, film=Isotropic(), diagonals=diagonals), 5.0)
-    balloon, q = state.balloon, state.activate()
+    balloon, q = state.balloon, state.restore()
     K, M = balloon.tangent(q), balloon.mass(q)
     sector = Sector(balloon)
     restricted = sector.restrict(balloon, q)
@@ -144,7 +144,7 @@ def test_held_rims_without_plates_and_their_stresses(comm):
     for where in (None, "anywhere"):
         surface = lobed_cylinder(1, (4, 9), comm=comm)
         surface = moved(surface, where) if where else surface
-        parts = [GasPressure("closed"), Held("rim_bottom"), Held("rim_top")]
+        parts = [GasPressure("closed"), Fixed("rim_bottom"), Fixed("rim_top")]
         state = inflate(Balloon(surface, Isotropic(), parts), 5.0)
         N = true_resultants(state.balloon).x.array.reshape(-1, 3)
         found.append([state.volume, state.strain_energy, comm.allreduce(np.abs(N).max(), op=MPI.MAX)])
@@ -160,7 +160,7 @@ def test_the_coarser_mesh_stands_where_the_finer_one_does(comm, monkeypatch):
         coarse = grid_sequencing.coarser_balloon(fine)
         state = inflate(coarse, 5.0)
         exact = inflate(fine, 5.0)
-        fine.place(grid_sequencing.interpolate(coarse, state.vector(), fine))
+        fine.set_unknowns(grid_sequencing.interpolate(coarse, state.vector(), fine))
         own = fine.map.owned
         error = (fine.u.x.array[:own] - exact.displacement.ravel()[:own]).reshape(-1, 3)
         off.append(comm.allreduce(np.linalg.norm(error, axis=1).max(initial=0.0), op=MPI.MAX))

@@ -8,7 +8,7 @@ from lobefem.equilibrium.distortions import Tip
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.state import ideal_state
 from lobefem.fem.balloon import Balloon
-from lobefem.geometry.natural_shape import FormedLobe
+from lobefem.geometry.natural_shape import NaturalShape
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates, PlateLoad
@@ -37,7 +37,7 @@ def test_an_elastic_bar_and_the_film_share_a_dead_load(comm):
         without, pulled = inflated(comm, "closed", EA), inflated(comm, "closed", EA, PlateLoad((0, 0, pull)))
         tops = []
         for state in (without, pulled):
-            state.activate()
+            state.restore()
             tops.append(state.balloon._w[8])
         gained = pulled.bar_force - without.bar_force
         assert gained == pytest.approx(EA / pulled.balloon.motion.length * (tops[1] - tops[0]), rel=1e-3)
@@ -60,7 +60,7 @@ def test_a_bar_that_leans_bears_a_dead_load_by_its_slope(comm):
 
 @pytest.mark.parametrize("load", ["closed", "film"])
 @pytest.mark.parametrize(
-    "shape", [None, FormedLobe.between_rims(2.0, 4.19, 0.3)], ids=["isotensoid", "formed"]
+    "shape", [None, NaturalShape.between_rims(2.0, 4.19, 0.3)], ids=["isotensoid", "formed"]
 )
 def test_a_bar_bears_what_the_gas_leaves_of_the_films_built_in_pull(comm, load, shape):
     """Of an isotensoid the gas on a plate balances it; a rigid bar finds the same by the nodes' forces."""

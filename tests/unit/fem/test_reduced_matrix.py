@@ -14,13 +14,13 @@ from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 
 from petsc4py import PETSc
 
 FILM = TensionField(thickness=38.1e-6, E=2e9, nu=0.3)
-HALF = Held(lambda x: np.abs(x[2] - 1.5) < 1.2, (0, 2))  # not all components of its nodes
+HALF = Fixed(lambda x: np.abs(x[2] - 1.5) < 1.2, (0, 2))  # not all components of its nodes
 
 
 def make(comm, *parts, order=1, distortion=None):
@@ -29,7 +29,7 @@ def make(comm, *parts, order=1, distortion=None):
     balloon = Balloon(surface, FILM, [GasPressure("film"), *parts])
     if distortion is not None:
         balloon = constrain(balloon, distortion)
-        balloon.guide.parameter = distortion.parameter
+        balloon.prescribed.parameter = distortion.parameter
     balloon.set_loads(50.0)
     return balloon
 
@@ -41,7 +41,7 @@ def state(balloon, scale=1.0):
 
 def product(balloon, q):
     """J^T K J and the parameters' block, by PETSc."""
-    balloon.place(q)
+    balloon.set_unknowns(q)
     w, dw, d2w = balloon.map.displace(q, balloon.u)
     K = balloon._full_tangent
     K.assemble(balloon.forms.tangent)

@@ -75,8 +75,8 @@ def test_missing_gmsh_says_what_to_install(comm, monkeypatch):
 def test_a_mesh_that_gmsh_got_wrong_is_refused():
     shape = Isotensoid.from_edge_radius()
     raw = mesher.structured(shape, 2, (3, 8))
-    net = grid.structured_net(raw, shape, (3, 8), "same")
-    assert len(net.cells) == 2 * 2 * 3 * 8
+    surface_grid = grid.structured_grid(raw, shape, (3, 8), "same")
+    assert len(surface_grid.cells) == 2 * 2 * 3 * 8
 
     def changed(**fields):
         return SimpleNamespace(**{**vars(raw), **fields})
@@ -85,26 +85,28 @@ def test_a_mesh_that_gmsh_got_wrong_is_refused():
     swapped = changed(lobes=1 - raw.lobes)
     for bad in (lost, swapped):
         with pytest.raises(SolveError, match="not the grid of 6 x 8 cells"):
-            grid.structured_net(bad, shape, (3, 8), "same")
+            grid.structured_grid(bad, shape, (3, 8), "same")
     with pytest.raises(SolveError, match="not the grid of 6 x 16 cells"):
-        grid.structured_net(raw, shape, (3, 16), "same")
+        grid.structured_grid(raw, shape, (3, 16), "same")
     with pytest.raises(SolveError, match=r"m off the surface"):
-        grid.structured_net(changed(points=1.01 * raw.points), shape, (3, 8), "same")
+        grid.structured_grid(changed(points=1.01 * raw.points), shape, (3, 8), "same")
 
     # what several ranks number by themselves, some of them without a row, is the same
     shares = [grid.grid(shape, 2, (3, 8), "same", 0.0, k, 7) for k in range(7)]
     for name in ("t", "theta", "cells"):
-        np.testing.assert_array_equal(np.concatenate([getattr(s, name) for s in shares]), getattr(net, name))
+        np.testing.assert_array_equal(
+            np.concatenate([getattr(s, name) for s in shares]), getattr(surface_grid, name)
+        )
 
     free = mesher.unstructured(shape, 2, 1.0, 3)
-    assert len(grid.unstructured_net(free, shape).cells) == len(free.cells)
+    assert len(grid.unstructured_grid(free, shape).cells) == len(free.cells)
     for cells, lobes in (
         (free.cells[1:], free.lobes[1:]),  # a hole
         (np.vstack((free.cells, free.cells[:1])), np.append(free.lobes, 0)),  # a double cell
     ):
         torn = SimpleNamespace(**{**vars(free), "cells": cells, "lobes": lobes})
         with pytest.raises(SolveError, match="gaps or folds"):
-            grid.unstructured_net(torn, shape)
+            grid.unstructured_grid(torn, shape)
 
 
 @pytest.mark.parametrize("corners", [3, 4])
@@ -114,8 +116,8 @@ def test_cells_are_turned_outwards_however_gmsh_turned_them(corners):
     mixed = raw.cells.copy()
     mixed[::3] = mixed[::3, ::-1]
     for cells in (raw.cells, mixed, raw.cells[:, ::-1]):
-        net = grid.unstructured_net(SimpleNamespace(**{**vars(raw), "cells": cells}), shape)
-        x = grid.place(shape, 1, net.t, net.theta)[net.cells]
+        surface_grid = grid.unstructured_grid(SimpleNamespace(**{**vars(raw), "cells": cells}), shape)
+        x = grid.place(shape, 1, surface_grid.t, surface_grid.theta)[surface_grid.cells]
         # DOLFINx's normal: along x1 - x0 and, for either cell, the vertex numbered 2
         normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
         assert np.all(np.sum(normal[:, :2] * x.mean(axis=1)[:, :2], axis=1) > 0)

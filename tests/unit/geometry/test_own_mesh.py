@@ -19,7 +19,7 @@ from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 from lobefem.stability.linear_buckling import critical_pressure
 from lobefem.stability.modes import find_modes
@@ -242,7 +242,7 @@ def inwards(x, cells):
 @pytest.mark.parametrize("film", [Isotropic(), TensionField()], ids=lambda f: type(f).__name__)
 @pytest.mark.parametrize(
     "parts",
-    [[Held("rim_bottom"), Held("rim_top")], [], [EndPlates()], [EndPlates("fixed")]],
+    [[Fixed("rim_bottom"), Fixed("rim_top")], [], [EndPlates()], [EndPlates("fixed")]],
     ids=["held", "free", "plates", "fixed"],
 )
 def test_cells_turned_inwards_are_told_whatever_the_supports(comm, film, parts):
@@ -254,7 +254,7 @@ def test_a_mirrored_surface_of_ours_is_turned_inwards(comm):
     surface = lobed_cylinder(1, (4, 6), comm=comm)
     surface.mesh.geometry.x[:, 0] *= -1.0
     with pytest.raises(InputError, match="the surface's cells are turned inwards"):
-        Balloon(surface, Isotropic(), [Held("rim_bottom"), Held("rim_top")])
+        Balloon(surface, Isotropic(), [Fixed("rim_bottom"), Fixed("rim_top")])
 
 
 def octahedron():
@@ -267,7 +267,7 @@ def octahedron():
 def test_film_without_a_free_edge_has_an_inside_and_an_open_sheet_has_none(comm):
     x, cells = octahedron()
     partitioner = dolfinx_compat.shared_facet_partitioner() if comm.size > 1 else None
-    parts = [Held(lambda x: x[2] < 0)]
+    parts = [Fixed(lambda x: x[2] < 0)]
     good = Surface(own_mesh(comm, x, cells, partitioner), axis=(0, 0, 1), origin=(50, 0, 0))
     assert Balloon(good, Isotropic(), parts).reference_volume == pytest.approx(4 / 3)
     bad = Surface(own_mesh(comm, x, cells[:, ::-1].copy(), partitioner), axis=(0, 0, 1))

@@ -460,7 +460,7 @@ def test_a_design_builds_what_it_says(comm):
     assert balloon.film.slack_stiffness == 1e-6
     assert balloon.plates.bar == 2e9
     assert balloon.load.convention == "closed"
-    assert [cord.EA for cord in balloon.cords] == [1e9]
+    assert [cable.EA for cable in balloon.cables] == [1e9]
     assert design.balloon(surface, prestressed=True).prestressed
 
 
@@ -501,7 +501,7 @@ def test_r0_and_cylinder_reach_the_surface(comm):
     assert flat.surface(comm).shape.height == 3.0
     assert not flat.has_ideal_state
     isotropic = flat.with_overrides({"film.law": "isotropic"})
-    assert not isotropic.balloon(isotropic.surface(comm)).cords
+    assert not isotropic.balloon(isotropic.surface(comm)).cables
 
 
 def test_a_formed_lobe_is_formed_then_stacked_and_prestressed(comm):

@@ -21,7 +21,7 @@ from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.stability.harmonic_buckling import HarmonicChart
+from lobefem.stability.harmonic_buckling import HarmonicPressures
 from lobefem.stability.modes import Mode, find_modes
 from lobefem.stability.perturbation import Point, perturb
 
@@ -102,7 +102,7 @@ def test_a_state_keeps_its_pressure_and_its_built_in_stress_apart(comm, shared_p
 def test_every_unknown_is_kept(comm, shared_path, support, bar):
     balloon = stack(comm, bar=bar, support=support)
     q = unknowns(balloon, 0.1 * wavy(nodes(balloon), 3), np.linspace(0.01, 0.05, balloon.map.num_parameters))
-    balloon.place(q)
+    balloon.set_unknowns(q)
     state = Checkpoint(balloon, 3.0, -2.0, q.array_r.copy())
     moved = balloon.u.x.array.reshape(-1, 3).copy()
     extra = {"one": moved * 2, "other": moved[:, ::-1].copy()}
@@ -215,7 +215,7 @@ def test_every_field_of_a_record_of_motion_is_kept(top):
 def test_every_field_of_a_chart_is_kept(comm, shared_path, monkeypatch):
     """By a mesh study that was stopped: infinite pressures and residuals that there are none of, too."""
     charts = tuple(
-        HarmonicChart((0, 2, 3), (np.inf, 20.5, 0.0), ("", "local", ""), (np.nan, 1e-9, np.nan), mesh, 4)
+        HarmonicPressures((0, 2, 3), (np.inf, 20.5, 0.0), ("", "local", ""), (np.nan, 1e-9, np.nan), mesh, 4)
         for mesh in ((6, 8), (9, 12), (12, 16))
     )
     folder = RunFolder(shared_path / "run", comm)

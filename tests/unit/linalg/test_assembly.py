@@ -22,7 +22,7 @@ def make(comm, order=1):
     surface = lobed_cylinder(2, (3, 7), comm=comm, order=order)
     balloon = Balloon(surface, TensionField(thickness=38.1e-6, E=2e9, nu=0.3), [EndPlates("fixed")])
     balloon.set_loads(10.0)
-    balloon.place(unknowns(balloon, 0.01 * wavy(nodes(balloon), 1, 2.0), 0.0))
+    balloon.set_unknowns(unknowns(balloon, 0.01 * wavy(nodes(balloon), 1, 2.0), 0.0))
     return balloon
 
 

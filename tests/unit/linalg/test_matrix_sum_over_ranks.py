@@ -10,7 +10,7 @@ from states import nodes, unknowns, wavy
 from lobefem.equilibrium import form_finding
 from lobefem.equilibrium.displacement_control import constrain
 from lobefem.equilibrium.distortions import Bend, Tip, Wave
-from lobefem.equilibrium.gradient_flow import Flow, Ledger
+from lobefem.equilibrium.gradient_flow import GradientFlow, Ledger
 from lobefem.equilibrium.state import record
 from lobefem.fem import functionals, rigid_motions
 from lobefem.fem.balloon import Balloon
@@ -48,7 +48,7 @@ def placed(balloon, seed=1):
     parameters = np.linspace(-0.02, 0.03, balloon.map.num_parameters)
     q = unknowns(balloon, 0.05 * field(balloon, seed), parameters)
     balloon.set_loads(50.0)
-    balloon.place(q)
+    balloon.set_unknowns(q)
     return q
 
 
@@ -90,7 +90,7 @@ def areas(balloon):
 def guided(distortion):
     def reaction(balloon):
         led = constrain(balloon, distortion)
-        led.guide.parameter = distortion.parameter / 2
+        led.prescribed.parameter = distortion.parameter / 2
         return led.reaction(placed(led))
 
     return reaction
@@ -98,7 +98,7 @@ def guided(distortion):
 
 def middle(balloon):
     """The mean displacement of the middle ring, as a release writes it down."""
-    flow = Flow(balloon, placed(balloon), damping=1.0, tolerance=1.0, settled=1e99, ledger=Ledger())
+    flow = GradientFlow(balloon, placed(balloon), damping=1.0, tolerance=1.0, settled=1e99, ledger=Ledger())
     try:
         flow.run()
         return (*flow.history[0].middle, flow.history[0].residual)
@@ -114,7 +114,7 @@ def table_of_a_sector(balloon):
     return own.norm(), float(own.array @ np.arange(own.array.size))
 
 
-def likeness(mass):
+def mac(mass):
     """Inner products of motions with a mass, by which modes are followed."""
 
     def products(balloon):
@@ -127,7 +127,7 @@ def likeness(mass):
 
 MEASURES = {
     "areas at nodes": areas,
-    "bar and cords": lambda b: (state(b).bar_force, *state(b).hoop_tension),
+    "bar and cables": lambda b: (state(b).bar_force, *state(b).hoop_tension),
     "distance": lambda b: rigid_motions.distance_of(b, field(b, 3), turned(b)),
     "energies": lambda b: (*b.energy(placed(b)), b.strain_energy(), b.volume(), b.load_norm(placed(b))),
     "harmonics": lambda b: spectrum(b, field(b), field(b, 2)),
@@ -136,8 +136,8 @@ MEASURES = {
         rigid_motions.largest_of_state(b, turned(b)),
     ),
     "length by mass": lambda b: nonlinear_buckling._length(b, field(b)),
-    "likeness by area": likeness("unit"),
-    "likeness by nodes": likeness("nodal"),
+    "likeness by area": mac("unit"),
+    "likeness by nodes": mac("nodal"),
     "middle hoop": lambda b: mid_hoop_displacement(state(b)),
     "middle ring": middle,
     "means of rows": lambda b: form_finding.row_means(state(b)),

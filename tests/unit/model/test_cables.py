@@ -1,4 +1,4 @@
-"""Cords on tagged edges: their energy on a stretched circle, their groups, their errors."""
+"""Cables on tagged edges: their energy on a stretched circle, their groups, their errors."""
 
 import math
 import re
@@ -10,22 +10,22 @@ from states import nodes, unknowns
 
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
-from lobefem.fem.functionals import cord_tensions
+from lobefem.fem.functionals import cable_tensions
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.linalg import dolfinx_compat
-from lobefem.model.cables import Cords, Hoops
+from lobefem.model.cables import Cables, Hoops
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 
 from dolfinx.mesh import compute_midpoints, meshtags
 
 
-def stretched(comm, *cords, factor=1.003, surface=None, **kw):
+def stretched(comm, *cables, factor=1.003, surface=None, **kw):
     """All nodes moved away from the axis; without plates, so that rims may move too."""
     surface = lobed_cylinder(3, (2, 12), comm=comm) if surface is None else surface
-    balloon = Balloon(surface, FixedWrinkles(E=1e-6), cords, **kw)
+    balloon = Balloon(surface, FixedWrinkles(E=1e-6), cables, **kw)
     q = unknowns(balloon, (factor - 1) * nodes(balloon) * [1, 1, 0])
-    balloon.place(q)
+    balloon.set_unknowns(q)
     return balloon
 
 
@@ -38,14 +38,14 @@ def test_energy_and_tension_of_hoops_on_all_seams(comm):
     expected = 2 * PERIMETER * 5e6 / 2 * e**2
     assert balloon.strain_energy() == pytest.approx(expected, rel=1e-11)
     # the second Piola force times the stretch
-    np.testing.assert_allclose(cord_tensions(balloon), [5e6 * e * 1.003] * 2, rtol=1e-11)
+    np.testing.assert_allclose(cable_tensions(balloon), [5e6 * e * 1.003] * 2, rtol=1e-11)
 
 
 def test_a_cord_on_a_rim_and_one_on_a_single_seam(comm):
-    balloon = stretched(comm, Cords(EA=5e6, on=("rim_top",)), Cords(EA=1e6, on=("seam_2",)))
+    balloon = stretched(comm, Cables(EA=5e6, on=("rim_top",)), Cables(EA=1e6, on=("seam_2",)))
     e = (1.003**2 - 1) / 2
     assert balloon.strain_energy() == pytest.approx(PERIMETER * 6e6 / 2 * e**2, rel=1e-11)
-    np.testing.assert_allclose(cord_tensions(balloon), np.array([5e6, 1e6]) * e * 1.003, rtol=1e-11)
+    np.testing.assert_allclose(cable_tensions(balloon), np.array([5e6, 1e6]) * e * 1.003, rtol=1e-11)
 
 
 def named(surface, **names):
@@ -60,10 +60,10 @@ def test_what_an_edge_is_called_does_not_matter(comm, old, new):
     surface = named(lobed_cylinder(8, (2, 12), comm=comm), **{new: old})
     found = []
     for name in (old, new):
-        balloon = stretched(comm, Cords(EA=5e6, on=(name,)), surface=surface)
+        balloon = stretched(comm, Cables(EA=5e6, on=(name,)), surface=surface)
         r = balloon.map.create_vector()
-        balloon.residual(balloon.adopt(balloon), r)
-        found.append((balloon.strain_energy(), *cord_tensions(balloon), r.norm()))
+        balloon.residual(balloon.unknowns_of(balloon), r)
+        found.append((balloon.strain_energy(), *cable_tensions(balloon), r.norm()))
     np.testing.assert_allclose(found[1], found[0], rtol=1e-13)
     assert found[0][0] == pytest.approx(PERIMETER * 5e6 / 2 * ((1.003**2 - 1) / 2) ** 2, rel=1e-11)
 
@@ -84,27 +84,27 @@ def on_meridian(x):
 def test_a_tendon_along_a_meridian(comm):
     """Of a surface that has grown by a share in all directions."""
     surface = tagged(lobed_cylinder(2, (4, 12), comm=comm), on_meridian)
-    balloon = Balloon(surface, FixedWrinkles(E=1e-6), [Cords(EA=5e6, on=("tendon",))])
-    balloon.place(unknowns(balloon, 0.003 * nodes(balloon)))
+    balloon = Balloon(surface, FixedWrinkles(E=1e-6), [Cables(EA=5e6, on=("tendon",))])
+    balloon.set_unknowns(unknowns(balloon, 0.003 * nodes(balloon)))
     shape, e = surface.shape, (1.003**2 - 1) / 2
     s = shape.stations(4)
     length = 2 * np.hypot(np.diff(shape.radius(s)), np.diff(shape.z(s))).sum()
     assert balloon.strain_energy() == pytest.approx(length * 5e6 / 2 * e**2, rel=1e-9)
-    np.testing.assert_allclose(cord_tensions(balloon), [5e6 * e * 1.003], rtol=1e-11)
+    np.testing.assert_allclose(cable_tensions(balloon), [5e6 * e * 1.003], rtol=1e-11)
 
 
 def test_a_group_without_an_edge_or_on_two_kinds_of_edges_is_refused(comm):
     surface = lobed_cylinder(2, (2, 12), comm=comm)
     top = 2 * surface.shape.height
     for on, text in (
-        (lambda x: x[:, 2] > 2 * top, "^edge group 'tendon' is empty: there is no edge for a cord"),
+        (lambda x: x[:, 2] > 2 * top, "^edge group 'tendon' is empty: there is no edge for a cable"),
         (
             lambda x: on_meridian(x) | (x[:, 2] > top - 1e-9),
             "^edge group 'tendon' has 12 facets on a free edge and 4 within the film; give each a group",
         ),
     ):
         with pytest.raises(InputError, match=text):
-            Balloon(tagged(surface, on), FixedWrinkles(), [Cords(on=("tendon",))])
+            Balloon(tagged(surface, on), FixedWrinkles(), [Cables(on=("tendon",))])
 
 
 def test_built_in_tension_is_the_seams_or_the_one_given(comm):
@@ -114,7 +114,7 @@ def test_built_in_tension_is_the_seams_or_the_one_given(comm):
         shape = balloon.surface.shape
         if expected is None:
             expected = shape.R0**2 * math.cos(shape.edge_angle)
-        np.testing.assert_allclose(cord_tensions(balloon), [20 * expected] * 2, rtol=1e-13)
+        np.testing.assert_allclose(cable_tensions(balloon), [20 * expected] * 2, rtol=1e-13)
 
 
 def fan(x, top):
@@ -138,15 +138,15 @@ def test_groups_that_share_nodes_and_cells_keep_their_own_numbers(comm):
     names = ("rim", "first", "second", "seam")
     surface = replace(surface, edges=edges, groups={name: (1, k + 1) for k, name in enumerate(names)})
     EA = np.array([4e6, 1e6, 3e6, 2e3])
-    cords = [Cords(EA=value, on=(name,)) for name, value in zip(names, EA, strict=True)]
-    # the seam carries two cords, of which the other lies on a meridian too
-    cords.append(Cords(EA=7e6, on=("seam", "first")))
+    cables = [Cables(EA=value, on=(name,)) for name, value in zip(names, EA, strict=True)]
+    # the seam carries two cables, of which the other lies on a meridian too
+    cables.append(Cables(EA=7e6, on=("seam", "first")))
     EA = np.append(EA, [7e6, 7e6])
-    balloon = Balloon(surface, FixedWrinkles(E=1e-6), cords)
+    balloon = Balloon(surface, FixedWrinkles(E=1e-6), cables)
     q = unknowns(balloon, 0.003 * nodes(balloon))
-    balloon.place(q)
+    balloon.set_unknowns(q)
     e = (1.003**2 - 1) / 2
-    np.testing.assert_allclose(cord_tensions(balloon), EA * e * 1.003, rtol=1e-11)
+    np.testing.assert_allclose(cable_tensions(balloon), EA * e * 1.003, rtol=1e-11)
     s = surface.shape.stations(4)
     meridian = 2 * np.hypot(np.diff(surface.shape.radius(s)), np.diff(surface.shape.z(s))).sum()
     lengths = np.array([PERIMETER, meridian, meridian, PERIMETER, PERIMETER, meridian])
@@ -168,7 +168,7 @@ def test_groups_that_share_nodes_and_cells_keep_their_own_numbers(comm):
 
 
 def test_what_is_compiled_does_not_depend_on_the_number_of_seams(comm, monkeypatch):
-    """Nor on the numbers of the cords, or on the tags of rims and seams."""
+    """Nor on the numbers of the cables, or on the tags of rims and seams."""
     real, made = dolfinx_compat.form, []
 
     def form(expression, *args):
@@ -180,12 +180,12 @@ def test_what_is_compiled_does_not_depend_on_the_number_of_seams(comm, monkeypat
     for lobes in (2, 5, 120):
         made.clear()
         surface = lobed_cylinder(lobes, (2, 4), comm=comm)
-        cords = [Hoops(EA=1e6)] if lobes == 2 else [Cords(EA=k * 1e6, on=(f"seam_{k}",)) for k in (1, 2, 3)]
-        balloon = Balloon(surface, FixedWrinkles(), [*cords, EndPlates("fixed")], prestressed=True)
+        cables = [Hoops(EA=1e6)] if lobes == 2 else [Cables(EA=k * 1e6, on=(f"seam_{k}",)) for k in (1, 2, 3)]
+        balloon = Balloon(surface, FixedWrinkles(), [*cables, EndPlates("fixed")], prestressed=True)
         forms = balloon.forms
         for name in ("elastic", "residual", "tangent", "predicted", "second_variation"):
             assert getattr(forms, name) is not None
-        assert len(cord_tensions(balloon)) == (1 if lobes == 2 else 3)
+        assert len(cable_tensions(balloon)) == (1 if lobes == 2 else 3)
         compiled.append(list(made))
     assert len(compiled[0]) == len(set(compiled[0]))
     assert compiled[0] == compiled[1] == compiled[2]
@@ -194,12 +194,12 @@ def test_what_is_compiled_does_not_depend_on_the_number_of_seams(comm, monkeypat
 def test_one_lobe_has_no_seam_and_needs_no_hoop(comm):
     surface = lobed_cylinder(1, (2, 4), comm=comm)
     assert Hoops().groups(surface) == ()
-    assert cord_tensions(Balloon(surface, FixedWrinkles(), [Hoops()])) == ()
+    assert cable_tensions(Balloon(surface, FixedWrinkles(), [Hoops()])) == ()
 
 
 def test_groups_are_edges_only_and_each_once(comm):
     surface = lobed_cylinder(3, (2, 4), comm=comm)
-    assert Cords(on=("seam_*", "seam_1", "rim_top")).groups(surface) == ("seam_1", "seam_2", "rim_top")
+    assert Cables(on=("seam_*", "seam_1", "rim_top")).groups(surface) == ("seam_1", "seam_2", "rim_top")
 
 
 def test_a_name_that_fits_no_edge_is_refused(comm):
@@ -214,15 +214,15 @@ def test_a_name_that_fits_no_edge_is_refused(comm):
     ):
         text = rf"^no edge group '{re.escape(name)}' on this surface; it has {known}$"
         with pytest.raises(InputError, match=text):
-            Balloon(surface, FixedWrinkles(), [Cords(on=("rim_top", name))])
+            Balloon(surface, FixedWrinkles(), [Cables(on=("rim_top", name))])
 
 
 def test_errors():
     for bad in (0.0, -5.0, math.inf, math.nan, "2e9", None, True):
-        with pytest.raises(InputError, match=r"^cord EA is .*; give a .*number \[N\]$"):
-            Cords(EA=bad)
-    with pytest.raises(InputError, match=r"^a cord's tension_per_pressure is '7'; give a number \[N/Pa\]$"):
-        Cords(tension_per_pressure="7")
+        with pytest.raises(InputError, match=r"^cable EA is .*; give a .*number \[N\]$"):
+            Cables(EA=bad)
+    with pytest.raises(InputError, match=r"^a cable's tension_per_pressure is '7'; give a number \[N/Pa\]$"):
+        Cables(tension_per_pressure="7")
     for bad in ("seam_*", 3, (1,)):
-        with pytest.raises(InputError, match=r"^a cord is on .*; give names of edge groups, as \('seam_"):
-            Cords(on=bad)
+        with pytest.raises(InputError, match=r"^a cable is on .*; give names of edge groups, as \('seam_"):
+            Cables(on=bad)

@@ -15,7 +15,7 @@ from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.imp import IMP, PrescribedPath
 from lobefem.model.tension_field import TensionField, WrinkledField
 from lobefem.stability.continuum import continuum_pressure, unstable_from
-from lobefem.stability.harmonic_buckling import harmonic_chart
+from lobefem.stability.harmonic_buckling import harmonic_pressures
 from lobefem.stability.linear_buckling import critical_pressure
 from lobefem.stability.mesh_convergence import mesh_study
 from lobefem.stability.modes import find_modes
@@ -90,7 +90,7 @@ QUESTIONS = {
         (ONE, ONE, 112803.925, 112803.925, 112803.925, PATH),
     ),
     "chart": (
-        lambda law: harmonic_chart(lobe(law), [2])[2],
+        lambda law: harmonic_pressures(lobe(law), [2])[2],
         (690508.200, 84825.9460, KINK, KINK, 112803.936, PATH),
     ),
     "mesh study": (

@@ -160,7 +160,7 @@ def strained(balloon):
     """Unknowns with film of all three states."""
     balloon.set_loads(2e4)
     q = unknowns(balloon, 0.03 * wavy(nodes(balloon), 12, 2.0), 0.02)
-    balloon.place(q)
+    balloon.set_unknowns(q)
     assert min(region_areas(balloon)) > 1
     return q
 
@@ -256,7 +256,7 @@ def test_where_all_film_is_taut_the_secant_is_the_tangent(comm):
     balloon = Balloon(surface, IMP(tangent="secant"), [GasPressure("closed"), Hoops(2e5)])
     q = unknowns(balloon, 0.02 * nodes(balloon))
     balloon.set_loads(100.0)
-    balloon.place(q)
+    balloon.set_unknowns(q)
     assert region_areas(balloon)[0] == pytest.approx(balloon.reference_area)
     tangent, secant = balloon.tangent(q).copy(), balloon.tangent(q, iteration=True).copy()
     secant.axpy(-1.0, tangent)

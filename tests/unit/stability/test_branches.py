@@ -61,7 +61,7 @@ def test_curves_cross_where_the_order_swaps(scene):
     sweep = [scene.modes(p, [(p, [1]), (10 - p, [0, 1]), (5.3, [0, 0, 1])]) for p in (1.0, 3.0, 6.0, 9.0)]
     found = follow(sweep[::-1])  # in any order
     assert values(found) == [(1, [1, 3, 6, 9]), (1, [5.3] * 4), (1, [9, 7, 4, 1])]
-    assert min(b.likeness for b in found) == pytest.approx(1.0)
+    assert min(b.mac for b in found) == pytest.approx(1.0)
     (falling,) = (b for b in found if b.values[0] == 9)
     assert falling.members == ((2,), (2,), (0,), (0,))
 
@@ -120,7 +120,7 @@ def test_an_avoided_crossing_bends_in_small_steps_and_is_crossed_in_large_ones(s
     fine = [avoiding(scene, p, 1.0) for p in np.linspace(-5, 5, 21)]
     for branch in follow(fine):
         assert (branch.values > 10).all() or (branch.values < 10).all()
-        assert branch.likeness > 0.6
+        assert branch.mac > 0.6
     coarse = [avoiding(scene, p, 1e-3) for p in (-2.0, -1.0, 1.0, 2.0)]
     for branch in follow(coarse):
         assert np.allclose(np.abs(np.diff(branch.values)), [1, 2, 1], atol=1e-5)

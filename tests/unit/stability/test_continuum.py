@@ -13,12 +13,12 @@ from lobefem import (
     Isotensoid,
     Isotropic,
     TensionField,
-    harmonic_chart,
+    harmonic_pressures,
     lobed_cylinder,
 )
 from lobefem.errors import InputError
 from lobefem.geometry.cylinder import Cylinder
-from lobefem.geometry.natural_shape import FormedLobe
+from lobefem.geometry.natural_shape import NaturalShape
 from lobefem.stability.continuum import continuum_pressure, unstable_from
 
 pytestmark = pytest.mark.serial
@@ -55,19 +55,19 @@ def test_finite_elements_converge_to_it(film, n):
     for divisions in ((24, 32), (48, 64)):
         surface = lobed_cylinder(1, divisions, sector=True)
         balloon = Balloon(surface, film, [GasPressure("film"), EndPlates("fixed")], prestressed=True)
-        errors.append(harmonic_chart(balloon, [n])[n] / exact - 1)
+        errors.append(harmonic_pressures(balloon, [n])[n] / exact - 1)
     assert 0 < errors[1] < errors[0] < 0.35
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.2)
 
 
 def test_formed_lobes_too():
     """Their meridians carry another tension than an isotensoid's."""
-    shape = FormedLobe.inflated(2.0, 4.19, 187.5, 10.0)
+    shape = NaturalShape.inflated(2.0, 4.19, 187.5, 10.0)
     surface = lobed_cylinder(1, (36, 48), shape=shape, sector=True)
     balloon = Balloon(surface, WRINKLED, [GasPressure("film"), EndPlates("fixed")], prestressed=True)
     exact = continuum_pressure(2, WRINKLED, shape)
     assert exact > 1.5 * continuum_pressure(2, WRINKLED)
-    assert harmonic_chart(balloon, [2])[2] == pytest.approx(exact, rel=0.12)
+    assert harmonic_pressures(balloon, [2])[2] == pytest.approx(exact, rel=0.12)
 
 
 def test_a_few_polynomials_give_all_digits():
@@ -100,5 +100,5 @@ def test_what_cannot_be_computed_is_refused():
         continuum_pressure(0, WRINKLED)
     with pytest.raises(InputError, match="film is 'mylar', which is no film law"):
         continuum_pressure(2, "mylar")
-    with pytest.raises(InputError, match=r"^shape is Cylinder\(.*; give an Isotensoid, a FormedLobe"):
+    with pytest.raises(InputError, match=r"^shape is Cylinder\(.*; give an Isotensoid, a NaturalShape"):
         continuum_pressure(2, WRINKLED, Cylinder())

@@ -14,19 +14,19 @@ from lobefem.equilibrium.state import ideal_state
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.rigid_motions import num_turns
-from lobefem.geometry.natural_shape import FormedLobe
+from lobefem.geometry.natural_shape import NaturalShape
 from lobefem.geometry.stacks import cylinder, lobed_cylinder
 from lobefem.linalg import dolfinx_compat  # noqa: F401
-from lobefem.model.cables import Cords, Hoops
+from lobefem.model.cables import Cables, Hoops
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.kinematics import revolved_frame
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 from lobefem.stability.cyclic import Sector
-from lobefem.stability.harmonic_buckling import harmonic_chart
+from lobefem.stability.harmonic_buckling import harmonic_pressures
 from lobefem.stability.linear_buckling import critical_pressure
 from lobefem.stability.modes import find_modes
 
@@ -111,7 +111,7 @@ def test_modes_by_harmonics_are_those_of_the_full_model(case, mass):
     assert [m.kind for m in split.modes] == [m.kind for m in full.modes]
     assert max(m.residual for m in split.modes) < 1e-8
     assert split.symmetric == full.symmetric
-    B = balloon.mass(state.activate(), mass)
+    B = balloon.mass(state.restore(), mass)
     assert B.getSize()[0] == balloon.map.size
 
 
@@ -138,7 +138,7 @@ def test_a_formed_lobe_has_its_harmonics_too():
 
 @pytest.mark.parametrize("load", ["closed", "film"])
 def test_an_elastic_bar_holds_a_sectors_share_of_a_formed_lobes_pull(load):
-    surface = lobed_cylinder(1, (4, 8), shape=FormedLobe.between_rims(2.0, 4.19, 0.3), cell="quadrilateral")
+    surface = lobed_cylinder(1, (4, 8), shape=NaturalShape.between_rims(2.0, 4.19, 0.3), cell="quadrilateral")
     parts = [GasPressure(load), EndPlates(bar=2.15e9)]
     balloon = Balloon(surface, Isotropic(), parts, prestressed=True)
     assert abs(surface.shape.axial_excess) > 1.0
@@ -155,7 +155,7 @@ def test_what_one_sector_holds_alone_is_of_no_single_harmonic():
     shape = surface.shape
     for angle in (0.0, np.pi):
         place = np.array([shape.R0 * np.cos(angle), 0.0, shape.height / 2])
-        tether = Held(lambda x, place=place: np.linalg.norm(x.T - place, axis=1) < 1e-6)
+        tether = Fixed(lambda x, place=place: np.linalg.norm(x.T - place, axis=1) < 1e-6)
         tethered = Balloon(surface, Isotropic(), [*parts, tether], prestressed=True)
         with pytest.raises(InputError, match="needs all sectors held alike; leave harmonics out"):
             find_modes(ideal_state(tethered, 1000.0), 2, harmonics=range(5))
@@ -188,9 +188,9 @@ def test_cords_on_edges_of_ones_own_are_of_no_single_harmonic():
     """A sector is meshed anew, without the edges that a user has named."""
     surface = lobed_cylinder(2, (4, 8))
     own = replace(surface, groups=surface.groups | {"tendon_1": surface.groups["seam_1"]})
-    parts = [GasPressure("closed"), EndPlates(), Cords(EA=1e6, on=("tendon_*",))]
+    parts = [GasPressure("closed"), EndPlates(), Cables(EA=1e6, on=("tendon_*",))]
     balloon = Balloon(own, Isotropic(), parts, prestressed=True)
-    with pytest.raises(InputError, match=r"cords on tendon_\* lie on edges that one sector lacks"):
+    with pytest.raises(InputError, match=r"cables on tendon_\* lie on edges that one sector lacks"):
         find_modes(ideal_state(balloon, 100.0), 2, harmonics=[2])
     found = critical_pressure(balloon)
     assert found.pressure == pytest.approx(critical_pressure(balloon, full=True).pressure, rel=1e-9)
@@ -203,7 +203,7 @@ def test_harmonics_that_a_sector_cannot_tell_apart_are_told_by_their_shape():
     surface = lobed_cylinder(1, (12, 24), order=2)
     parts = [GasPressure("film"), EndPlates(support="fixed")]
     balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
-    chart = harmonic_chart(balloon)
+    chart = harmonic_pressures(balloon)
     assert chart.harmonics == tuple(range(25))
     full = critical_pressure(balloon, full=True)
     assert chart.pressure == pytest.approx(full.pressure, rel=1e-8)
@@ -272,7 +272,7 @@ def test_a_state_without_the_symmetry_is_refused():
 
 def test_a_vector_of_one_harmonic_is_one_of_the_full_model():
     balloon = build(**CASES["stack, film, alternating"])
-    q = ideal_state(balloon, 1000.0).activate()
+    q = ideal_state(balloon, 1000.0).restore()
     K, B = balloon.tangent(q), balloon.mass(q)
     sector = Sector(balloon)
     sector.balloon.set_loads(1000.0, 1000.0)
@@ -350,7 +350,7 @@ def test_what_cannot_be_reduced_is_refused():
     with pytest.raises(InputError, match="an unstructured mesh has no equal sectors"):
         lobed_cylinder(1, layout="unstructured", size=2.0, sector=True)
     surface = lobed_cylinder(1, (4, 8))
-    held = Balloon(surface, Isotropic(), [Held("rim_bottom", (2,)), Held("rim_top")], prestressed=True)
+    held = Balloon(surface, Isotropic(), [Fixed("rim_bottom", (2,)), Fixed("rim_top")], prestressed=True)
     with pytest.raises(InputError, match="free or held in all components"):
         critical_pressure(held, harmonic=2)
     frame = revolved_frame(surface.mesh, surface.axis)

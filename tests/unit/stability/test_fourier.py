@@ -109,8 +109,8 @@ def test_alternating_diagonals_keep_all_harmonics_of_the_ring(comm):
         power = power_of(balloon, field(balloon, 0, lambda a, z, n=n: np.cos(n * a)))
         assert np.argmax(power) == n
     height = balloon.surface.shape.height
-    skin = field(balloon, 1, lambda a, z: np.cos(7 * a) * np.sin(np.pi * z / height) ** 2)
-    assert label_of(balloon, skin) == "local"
+    film_mesh = field(balloon, 1, lambda a, z: np.cos(7 * a) * np.sin(np.pi * z / height) ** 2)
+    assert label_of(balloon, film_mesh) == "local"
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -137,7 +137,7 @@ def test_names(comm):
     balloon = make(comm, 16, lobes=2)
     seam = balloon.surface.shape.height
 
-    def skin(a, z):
+    def film_mesh(a, z):
         return np.cos(5 * a) * np.sin(np.pi * z / seam) ** 2
 
     x = np.zeros((len(balloon.u.x.array) // 3, 3), dtype=complex)
@@ -147,7 +147,7 @@ def test_names(comm):
     assert label_of(balloon, field(balloon, 0, lambda a, z: np.ones_like(a))) == "global"
     assert label_of(balloon, field(balloon, 2, lambda a, z: z)) == "global"
     # the film's pattern of fixed wrinkles: hoopwise, with a radial part
-    assert label_of(balloon, field(balloon, 1, skin) + 0.3 * field(balloon, 0, skin)) == "local"
+    assert label_of(balloon, field(balloon, 1, film_mesh) + 0.3 * field(balloon, 0, film_mesh)) == "local"
     # a ring made oval without stretching it, u = cos 2a, v = -sin(2a)/2
     oval = field(balloon, 0, lambda a, z: np.cos(2 * a)) - field(balloon, 1, lambda a, z: np.sin(2 * a) / 2)
     assert label_of(balloon, oval) == "global"

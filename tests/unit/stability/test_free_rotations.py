@@ -16,11 +16,11 @@ from lobefem.model.end_plates import EndPlates, PlateLoad
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 from lobefem.stability import one_sided, tracing
 from lobefem.stability.free_rotations import FreeRotations
-from lobefem.stability.harmonic_buckling import harmonic_chart
+from lobefem.stability.harmonic_buckling import harmonic_pressures
 from lobefem.stability.linear_buckling import critical_pressure
 from lobefem.stability.modes import find_modes
 from lobefem.viz.verdict import verdict
@@ -47,7 +47,7 @@ def test_critical_pressure_of_a_pinned_lobe_of_curved_triangles(comm, full):
 def test_charts_of_pinned_stacks_are_those_of_clamped_ones(comm, load):
     """Those of n = 1 but for the discretisation of the ideal state's balance."""
     charts = [
-        harmonic_chart(balloon(comm, support, load, lobes=2, divisions=(6, 8)), range(4))
+        harmonic_pressures(balloon(comm, support, load, lobes=2, divisions=(6, 8)), range(4))
         for support in ("pinned", "clamped")
     ]
     pinned, clamped = (np.array(chart.pressures) for chart in charts)
@@ -126,7 +126,7 @@ def test_rotations_of_a_tilted_equilibrium_cost_nothing(comm, load):
     with q as array:
         start = array.copy()
     tilted = inflate(b, 1000.0, start=replace(state, unknowns=start), rtol=1e-11)
-    q = tilted.activate()
+    q = tilted.restore()
     assert np.linalg.norm(b.map.parameters(q)[:2]) > 0.1
     rotations = FreeRotations(b, q, b.mass(q))
     K, force = b.tangent(q), q.duplicate()
@@ -149,7 +149,7 @@ def test_what_resists_a_tilt_makes_it_a_mode_like_others(comm):
         modes = find_modes(inflate(b, 1000.0), 2)
         assert modes.stable is stable
         assert not any(m.rigid for m in modes.modes)
-    held = balloon(comm, order=1, divisions=(4, 6), more=[Held(lambda x: np.abs(x[2] - x[2].mean()) < 1e-3)])
+    held = balloon(comm, order=1, divisions=(4, 6), more=[Fixed(lambda x: np.abs(x[2] - x[2].mean()) < 1e-3)])
     q = held.map.create_vector()
     assert len(FreeRotations(held, q, held.mass(q))) == 0
 

@@ -19,7 +19,12 @@ from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.stability.cyclic import Sector
-from lobefem.stability.harmonic_buckling import HeldPencil, OneHarmonic, harmonic_chart, stable_below
+from lobefem.stability.harmonic_buckling import (
+    FixedShapePencil,
+    OneHarmonic,
+    harmonic_pressures,
+    stable_below,
+)
 from lobefem.stability.linear_buckling import critical_pressure
 from lobefem.stability.modes import find_modes
 
@@ -29,7 +34,7 @@ build = partial(builders.stack, load="film", lobes=1, divisions=(12, 20), prestr
 def test_the_lowest_of_the_chart_is_the_full_models():
     balloon = build(film=FixedWrinkles(), lobes=2)
     full = critical_pressure(balloon, full=True)
-    chart = harmonic_chart(balloon)
+    chart = harmonic_pressures(balloon)
     assert chart.harmonics == tuple(range(11))
     assert chart.pressure == pytest.approx(full.pressure, rel=1e-8)
     assert chart.lowest == full.mode.harmonic
@@ -40,7 +45,7 @@ def test_the_lowest_of_the_chart_is_the_full_models():
 
 def test_a_sector_alone_gives_the_chart_of_the_whole():
     whole, sector = (
-        harmonic_chart(build(film=FixedWrinkles(), lobes=2, sector=alone), [1, 4, 2])
+        harmonic_pressures(build(film=FixedWrinkles(), lobes=2, sector=alone), [1, 4, 2])
         for alone in (False, True)
     )
     assert whole.harmonics == sector.harmonics == (1, 4, 2)
@@ -51,14 +56,14 @@ def test_a_sector_alone_gives_the_chart_of_the_whole():
 
 
 def test_isotropic_film_is_stable_in_low_harmonics_up_to_high_pressures():
-    chart = harmonic_chart(build(film=Isotropic(), load="closed", support="fixed", order=2), range(6))
+    chart = harmonic_pressures(build(film=Isotropic(), load="closed", support="fixed", order=2), range(6))
     assert min(chart.pressures) > 1e5
 
 
 def test_with_complex_eigenvalues_the_real_part_decides():
     """n = 1 under `film` load on moving plates."""
     balloon = build(film=FixedWrinkles(), lobes=3, divisions=(12, 16))
-    p = harmonic_chart(balloon, [1])[1]
+    p = harmonic_pressures(balloon, [1])[1]
     assert 1e5 < p < 1e6
     from lobefem.equilibrium.state import ideal_state
 
@@ -71,20 +76,20 @@ def test_with_complex_eigenvalues_the_real_part_decides():
 
 def test_a_single_harmonic_needs_no_list():
     balloon = build(film=FixedWrinkles(), divisions=(4, 8))
-    one, listed = harmonic_chart(balloon, 2), harmonic_chart(balloon, [2])
+    one, listed = harmonic_pressures(balloon, 2), harmonic_pressures(balloon, [2])
     assert (one.harmonics, one.pressures) == (listed.harmonics, listed.pressures) == ((2,), (one.pressure,))
 
 
 def test_requests_that_make_no_sense_are_refused():
     balloon = build(film=FixedWrinkles(), divisions=(4, 8))
     with pytest.raises(InputError, match="no harmonics are given"):
-        harmonic_chart(balloon, [])
+        harmonic_pressures(balloon, [])
     with pytest.raises(InputError, match="harmonic = 9: a mesh of 8 equal sectors"):
-        harmonic_chart(balloon, [9])
+        harmonic_pressures(balloon, [9])
     with pytest.raises(InputError, match=r"^a harmonic is 2.5; give an integer, 0 or more$"):
-        harmonic_chart(balloon, [2.5])
+        harmonic_pressures(balloon, [2.5])
     with pytest.raises(InputError, match="prestressed=True"):
-        harmonic_chart(Balloon(balloon.surface, Isotropic(), [EndPlates()]))
+        harmonic_pressures(Balloon(balloon.surface, Isotropic(), [EndPlates()]))
 
 
 @pytest.mark.parametrize("hint", [None, 50.0, 700.0, 1e5])
@@ -104,7 +109,9 @@ def test_the_bracket_says_never_and_always():
 @pytest.mark.parametrize(("load", "lobes", "n"), [("closed", 1, 3), ("film", 3, 1)])
 def test_a_pressure_just_beyond_the_limit_is_none(load, lobes, n):
     """Stable a little below the limit, and critical a little above it."""
-    pencil = HeldPencil(Sector(build(film=FixedWrinkles(), load=load, lobes=lobes, divisions=(12, 16))), n)
+    pencil = FixedShapePencil(
+        Sector(build(film=FixedWrinkles(), load=load, lobes=lobes, divisions=(12, 16))), n
+    )
     (found,) = pencil.solve().pressures
     for share, expected in ((0.999, math.inf), (0.92, math.inf), (1.001, found)):
         pencil.limit = share * found
@@ -120,9 +127,9 @@ def test_any_fault_on_one_rank_ends_all(comm, monkeypatch):
             raise ZeroDivisionError("lost")
         return OneHarmonic((1.0,), None, math.nan)
 
-    monkeypatch.setattr(HeldPencil, "solve", solve)
+    monkeypatch.setattr(FixedShapePencil, "solve", solve)
     with pytest.raises(ZeroDivisionError, match="lost"):
-        harmonic_chart(balloon, range(2 * comm.size))
+        harmonic_pressures(balloon, range(2 * comm.size))
 
 
 def test_small_pencils_that_round_off_makes_singular(monkeypatch):
@@ -163,5 +170,5 @@ def test_a_tiny_balloon_that_may_tilt(comm):
         tables["film"]["thickness"] *= size
         tables["hoops"]["EA"] *= size**2
         design = Design.parse(tables)
-        pressures.append(harmonic_chart(design.balloon(design.surface(comm), prestressed=True)).pressures)
+        pressures.append(harmonic_pressures(design.balloon(design.surface(comm), prestressed=True)).pressures)
     np.testing.assert_allclose(*pressures, rtol=1e-5, atol=1e-6)

@@ -40,12 +40,12 @@ def test_a_path_whose_modes_fail(monkeypatch, comm):
 
 @pytest.fixture
 def fails_from_two(monkeypatch):
-    solve = harmonic_buckling.HeldPencil.solve
+    solve = harmonic_buckling.FixedShapePencil.solve
 
     def found(self, *args):
         return tired() if self._harmonic >= 2 else solve(self, *args)
 
-    monkeypatch.setattr(harmonic_buckling.HeldPencil, "solve", found)
+    monkeypatch.setattr(harmonic_buckling.FixedShapePencil, "solve", found)
 
 
 def test_harmonics_before_the_one_that_fails(fails_from_two, comm):
@@ -57,13 +57,13 @@ def test_harmonics_before_the_one_that_fails(fails_from_two, comm):
 
 
 def test_meshes_before_the_one_that_fails(monkeypatch, comm):
-    solve = harmonic_buckling.HeldPencil.solve
+    solve = harmonic_buckling.FixedShapePencil.solve
 
     def found(self, *args):
         fine = self._sector.order > 14
         return tired() if fine else solve(self, *args)
 
-    monkeypatch.setattr(harmonic_buckling.HeldPencil, "solve", found)
+    monkeypatch.setattr(harmonic_buckling.FixedShapePencil, "solve", found)
     outcome = critical_command.mesh_study(design(), divisions=((4, 12), (5, 14), (6, 16)), comm=comm)
     assert isinstance(outcome.error, EigenError)
     assert [mesh["divisions"] for mesh in outcome.results["meshes"]] == [(4, 12), (5, 14)]

@@ -23,9 +23,9 @@ from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.model.supports import Held
+from lobefem.model.supports import Fixed
 from lobefem.stability import modes as eigensolver
-from lobefem.stability.harmonic_buckling import harmonic_chart
+from lobefem.stability.harmonic_buckling import harmonic_pressures
 from lobefem.stability.linear_buckling import critical_pressure
 from lobefem.stability.modes import find_modes
 
@@ -52,7 +52,7 @@ def test_stiff_hoops_do_not_hide_a_load_without_potential(comm):
         parts = [GasPressure("film"), Hoops(EA=EA), EndPlates(support="clamped")]
         balloon = Balloon(surface, FixedWrinkles(), parts, prestressed=True)
         state = ideal_state(balloon, 5.0)
-        assert not has_symmetric_load(balloon, state.activate())
+        assert not has_symmetric_load(balloon, state.restore())
         found[EA] = find_modes(state, 4), find_modes(state, 4, harmonics=range(5))
     for modes in found[2.15e9]:
         assert not modes.symmetric
@@ -70,7 +70,7 @@ def test_stiff_hoops_do_not_hide_a_load_without_potential(comm):
 def test_lowest_eigenvalues_are_those_of_dense_algebra(comm, film, load, mass):
     state = ideal_state(stack(comm, film, load), 1000.0)
     modes = find_modes(state, count=7, mass=mass)
-    q = state.activate()
+    q = state.restore()
     K, B = dense(state.balloon.tangent(q)), dense(state.balloon.mass(q, mass))
     exact = scipy.linalg.eig(K, B, right=False)
     exact = exact[np.lexsort((-exact.imag, np.abs(exact.imag), np.round(exact.real, 5)))]
@@ -96,7 +96,7 @@ def test_negative_eigenvalues_are_found_from_the_lowest(comm):
     modes = find_modes(state, count=6)
     assert not modes.stable
     assert modes.num_negative >= 6
-    K, B = (dense(m) for m in (state.balloon.tangent(state.activate()), state.balloon.mass(state.vector())))
+    K, B = (dense(m) for m in (state.balloon.tangent(state.restore()), state.balloon.mass(state.vector())))
     exact = scipy.linalg.eigh(K, B, eigvals_only=True)
     np.testing.assert_allclose(modes.values.real, exact[:6], rtol=1e-7)
     assert modes.num_negative == int((exact < 0).sum())
@@ -246,14 +246,14 @@ def test_errors(comm):
 
 @pytest.mark.parametrize(
     "support",
-    [[EndPlates("fixed", lift=-0.004)], [Held("rim_top", displacement=np.ones_like), Held("rim_bottom")]],
+    [[EndPlates("fixed", lift=-0.004)], [Fixed("rim_top", displacement=np.ones_like), Fixed("rim_bottom")]],
 )
 def test_supports_that_move_the_film_leave_no_ideal_state(comm, support):
     balloon = Balloon(lobed_cylinder(1, (4, 8), comm=comm), FixedWrinkles(), support, prestressed=True)
     for look in (
         lambda: ideal_state(balloon, 5.0),
         lambda: critical_pressure(balloon),
-        lambda: harmonic_chart(balloon),
+        lambda: harmonic_pressures(balloon),
     ):
         with pytest.raises(InputError, match=r"the supports move the film by .* look at the inflated state"):
             look()

@@ -35,7 +35,7 @@ def test_the_load_grows_by_pressure_and_built_in_stress_together(comm, load, pre
     """dr/dp is the residual's difference, which is linear in both."""
     balloon = stack(comm, FixedWrinkles() if prestressed else Isotropic(), load, prestressed)
     state = ideal_state(balloon, 1000.0) if prestressed else inflate(balloon, 1000.0)
-    q = state.activate()
+    q = state.restore()
     rate = nonlinear_buckling._load_rate(state, q)
     assert (balloon.pressure.value, balloon.prestress.value) == (state.pressure, state.prestress)
     expected = residual(balloon, q, 1100.0, 1100.0 if prestressed else 0.0)

@@ -12,9 +12,9 @@ from states import nodes, unknowns
 from lobefem import (
     Balloon,
     EndPlates,
+    Fixed,
     FixedWrinkles,
     GasPressure,
-    Held,
     Hoops,
     Isotropic,
     critical_pressure,
@@ -42,7 +42,7 @@ def pyramid(comm, height, load="closed"):
     points = np.concatenate([base, [[0, 0, height]]])
     cells = [(k, (k + 1) % SIDES, SIDES) for k in range(SIDES)]
     surface = film_surface(comm, points, cells)
-    return Balloon(surface, FILM, [GasPressure(load), Held(lambda x: x[2] < 0.5 * height)])
+    return Balloon(surface, FILM, [GasPressure(load), Fixed(lambda x: x[2] < 0.5 * height)])
 
 
 INRADIUS, EDGE = RADIUS * np.cos(np.pi / SIDES), 2 * RADIUS * np.sin(np.pi / SIDES)

@@ -172,7 +172,7 @@ def test_the_state_that_a_distortion_ends_at_can_be_read_back(capfd, shared_path
     balloon = design.balloon(design.surface(comm), prestressed=True)
     state = load_state(folder / "state.npz", balloon)
     balloon.set_loads(state.pressure, state.prestress)
-    balloon.place(state.vector())
+    balloon.set_unknowns(state.vector())
     assert balloon.volume() == pytest.approx(results["volume_imposed"], rel=1e-12)
 
 

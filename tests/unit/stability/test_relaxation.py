@@ -10,7 +10,7 @@ from states import nodes, unknowns
 
 from lobefem.equilibrium.displacement_control import distort
 from lobefem.equilibrium.distortions import Tip
-from lobefem.equilibrium.gradient_flow import Flow, Ledger, damping_scale
+from lobefem.equilibrium.gradient_flow import GradientFlow, Ledger, damping_scale
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.state import Moment
 from lobefem.errors import InputError
@@ -70,7 +70,7 @@ def test_a_stable_balloon_returns(comm, load):
     assert first.number == first.time == 0
     assert first.top[0] == pytest.approx(balloon.motion.length * math.sin(math.radians(1)), rel=1e-9)
     assert first.middle[0] == pytest.approx(first.top[0] / 2, rel=1e-6)
-    np.testing.assert_allclose(last.top, rest.activate() and balloon._w[6:9], atol=1e-4)
+    np.testing.assert_allclose(last.top, rest.restore() and balloon._w[6:9], atol=1e-4)
     assert last.volume == pytest.approx(rest.volume, rel=1e-9)
     assert last.relative_residual < 1e-6 < first.relative_residual
     assert [r.number for r in found.history] == list(range(len(found.history)))
@@ -327,10 +327,10 @@ def test_round_off_of_stiff_hoops_does_not_end_a_motion(comm):
     rest = inflate(Balloon(surface, TensionField(slack_stiffness=1e-4), parts, prestressed=True), 5.0)
     pushed = distort(rest, Tip(0.8), steps=5).state
     assert pushed.relative_residual > 1e-7
-    balloon, q = pushed.balloon, pushed.activate()
-    balloon.guide.parameter = 0.81
+    balloon, q = pushed.balloon, pushed.restore()
+    balloon.prescribed.parameter = 0.81
     size = math.sqrt(balloon.reference_area)
-    flow = Flow(
+    flow = GradientFlow(
         balloon, q, damping=damping_scale(balloon), tolerance=3e-4 * size, settled=1e-8, ledger=Ledger()
     )
     try:

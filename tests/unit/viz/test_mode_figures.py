@@ -33,33 +33,33 @@ def modes():
 
 def test_gather_holds_every_node_and_cell_once(modes):
     balloon = modes.state.balloon
-    skin = gather(balloon, modes[0].displacement)
-    assert (skin is None) == (balloon.comm.rank != 0)
-    if skin is not None:
-        assert skin.x.shape == skin.fields[0].shape == (9 * 8, 3)
-        assert skin.faces.shape == (2 * 4 * 8 * 2, 3)
-        assert skin.grid.shape == (9, 8)
-        assert sorted(skin.grid.ravel()) == list(range(72))
+    film_mesh = gather(balloon, modes[0].displacement)
+    assert (film_mesh is None) == (balloon.comm.rank != 0)
+    if film_mesh is not None:
+        assert film_mesh.x.shape == film_mesh.fields[0].shape == (9 * 8, 3)
+        assert film_mesh.faces.shape == (2 * 4 * 8 * 2, 3)
+        assert film_mesh.grid.shape == (9, 8)
+        assert sorted(film_mesh.grid.ravel()) == list(range(72))
         # rings are level, columns lie in a plane with the axis
-        x = skin.x[skin.grid]
+        x = film_mesh.x[film_mesh.grid]
         assert np.ptp(x[:, :, 2], axis=1).max() < 1e-9
         assert np.abs(np.diff(np.arctan2(x[:, :, 1], x[:, :, 0]), axis=0)).max() < 1e-9
-        assert skin.height == pytest.approx(2 * balloon.surface.shape.height)
-        assert np.linalg.norm(skin.fields[0], axis=1).max() <= 1 + 1e-12
+        assert film_mesh.height == pytest.approx(2 * balloon.surface.shape.height)
+        assert np.linalg.norm(film_mesh.fields[0], axis=1).max() <= 1 + 1e-12
 
 
 def test_polygons_cover_the_film_with_outward_normals(modes):
-    skin = gather(modes.state.balloon)
-    if skin is not None:
+    film_mesh = gather(modes.state.balloon)
+    if film_mesh is not None:
         for step in (1, 2):
-            film, top, bottom = polygons(skin, step)
-            centre = skin.x[film].mean(axis=1)
-            outward = normals(skin.x[film])
+            film, top, bottom = polygons(film_mesh, step)
+            centre = film_mesh.x[film].mean(axis=1)
+            outward = normals(film_mesh.x[film])
             assert len(film) == 8 * 8 // step**2
             assert (np.einsum("ni,ni->n", outward[:, :2], centre[:, :2]) > 0).all()
-            assert normals(skin.x[top])[0] == pytest.approx([0, 0, 1])
-            assert normals(skin.x[bottom])[0] == pytest.approx([0, 0, -1])
-        z, r = outline(skin)
+            assert normals(film_mesh.x[top])[0] == pytest.approx([0, 0, 1])
+            assert normals(film_mesh.x[bottom])[0] == pytest.approx([0, 0, -1])
+        z, r = outline(film_mesh)
         assert (z[0], r[0]) == pytest.approx((0, 2.0))
         assert (np.diff(z) > 0).all()
 
@@ -67,10 +67,10 @@ def test_polygons_cover_the_film_with_outward_normals(modes):
 def test_sways_are_seen_from_the_side(modes):
     mode = modes[0]
     assert mode.kind == "sway"
-    skin = gather(modes.state.balloon, mode.displacement)
-    if skin is not None:
-        e1, e2 = facing(skin, skin.fields[0])
-        top = skin.fields[0][skin.grid[-1]].mean(axis=0)
+    film_mesh = gather(modes.state.balloon, mode.displacement)
+    if film_mesh is not None:
+        e1, e2 = facing(film_mesh, film_mesh.fields[0])
+        top = film_mesh.fields[0][film_mesh.grid[-1]].mean(axis=0)
         assert top @ e1 > 10 * abs(top @ e2)
         assert np.cross(e1, e2) == pytest.approx([0, 0, 1])
 
@@ -86,11 +86,11 @@ def test_labels_are_pushed_apart_and_stay_inside():
 def test_unstructured_quadrilaterals_are_drawn_as_cells():
     surface = lobed_cylinder(1, cell="quadrilateral", layout="unstructured", size=1.0)
     balloon = Balloon(surface, FixedWrinkles(), [EndPlates()], prestressed=True)
-    skin = gather(balloon)
-    if skin is not None:
-        (cells,) = polygons(skin, 2)
+    film_mesh = gather(balloon)
+    if film_mesh is not None:
+        (cells,) = polygons(film_mesh, 2)
         area = 0.5 * np.linalg.norm(
-            np.cross(skin.x[cells], np.roll(skin.x[cells], -1, axis=1)).sum(axis=1), axis=1
+            np.cross(film_mesh.x[cells], np.roll(film_mesh.x[cells], -1, axis=1)).sum(axis=1), axis=1
         )
         # corners taken round each cell, not crosswise: the facets make up the film
         assert area.sum() == pytest.approx(surface.shape.area, rel=0.05)
@@ -118,12 +118,12 @@ def test_a_mode_at_one_pressure_only_is_seen():
 
 
 def test_captions_of_neighbours_do_not_touch(modes):
-    skin = gather(modes.state.balloon, modes[0].displacement)
-    if skin is not None:
+    film_mesh = gather(modes.state.balloon, modes[0].displacement)
+    if film_mesh is not None:
         long = mode_caption("mode 1", "local", 12, -1234.56, "Pa/m")
-        panels = [mode_panel(long, "local", skin, skin.fields[0]) for _ in range(4)]
+        panels = [mode_panel(long, "local", film_mesh, film_mesh.fields[0]) for _ in range(4)]
         figure = blank()
-        paint(figure, skin, panels, window(skin, panels), width=85.0)
+        paint(figure, film_mesh, panels, window(film_mesh, panels), width=85.0)
         boxes = [t.get_window_extent() for t in figure.texts if t.get_text() == long]
         assert len(boxes) == 4
         assert all(a.x1 < b.x0 for a, b in pairwise(boxes))

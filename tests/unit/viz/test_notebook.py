@@ -11,12 +11,12 @@ from lobefem import (
     FixedWrinkles,
     critical_pressure,
     find_modes,
-    harmonic_chart,
+    harmonic_pressures,
     ideal_state,
     inflate,
     trace,
 )
-from lobefem.display import Glance, Glanceable
+from lobefem.display import Summarized, Summary
 from lobefem.errors import InputError
 
 balloon_of = partial(builders.stack, film=FixedWrinkles(), prestressed=True)
@@ -120,7 +120,7 @@ class Table(HTMLParser):
 def test_results_tell_their_state_at_a_glance(modes):
     state, balloon = modes.state, modes.state.balloon
     finer, lines = balloon_of(lobes=1, divisions=(8, 16)), []
-    chart = harmonic_chart(finer, range(5))
+    chart = harmonic_pressures(finer, range(5))
     critical = critical_pressure(finer, harmonic=4, progress=lines.append)
     path = trace(balloon, [500.0, 1000.0], count=2)
     assert lines == (["critical pressure of harmonic 4"] if finer.comm.rank == 0 else [])
@@ -129,7 +129,7 @@ def test_results_tell_their_state_at_a_glance(modes):
         (balloon, "Balloon(2 lobes, 4 x 8; film FixedWrinkles, 0.05 mm", "clamped, bar rigid"),
         (state, "Equilibrium(1000 Pa, converged", f"{state.volume:.8g} m^3"),
         (modes, "Modes(3 lowest at 1000 Pa, stable; sway, n = 1", f"{modes[0].value.real:.6g}"),
-        (chart, f"HarmonicChart(lowest {chart.pressure:.6g} Pa at n = {chart.lowest}, 8 x 16", "local"),
+        (chart, f"HarmonicPressures(lowest {chart.pressure:.6g} Pa at n = {chart.lowest}, 8 x 16", "local"),
         (
             critical,
             f"CriticalPressure(unstable from {critical.pressure:.6g} Pa; mode local",
@@ -145,9 +145,9 @@ def test_results_tell_their_state_at_a_glance(modes):
 
 @pytest.mark.serial
 def test_names_from_outside_cannot_write_html():
-    class Odd(Glanceable):
-        def _glance(self):
-            return Glance("<b>", (("<script>", "a & b"),), ("<i>", ""))
+    class Odd(Summarized):
+        def _summary(self):
+            return Summary("<b>", (("<script>", "a & b"),), ("<i>", ""))
 
     text = Odd()._repr_html_()
     assert "<script>" not in text

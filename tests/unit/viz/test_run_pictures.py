@@ -171,14 +171,14 @@ def test_frames_are_thinned_and_lie_on_their_nodes(comm, shared_path):
         frames = load_frames(shared_path)
         assert frames.points == (0, 40, 47, 48, 96, 100)
         for point, displacement in zip(frames.points, frames.displacements, strict=True):
-            np.testing.assert_allclose(displacement, point * frames.skin.x, rtol=1e-6, atol=1e-5)
+            np.testing.assert_allclose(displacement, point * frames.film_mesh.x, rtol=1e-6, atol=1e-5)
         # what is drawn of them stays inside
         e1, e2 = np.eye(3)[:2]
-        panel = Panel("", 1.2 * frames.skin.x, (e1, e2))
-        view = window(frames.skin, [panel])
-        assert view.reach > 0.6 * frames.skin.diameter > 0.9 * view.reach
+        panel = Panel("", 1.2 * frames.film_mesh.x, (e1, e2))
+        view = window(frames.film_mesh, [panel])
+        assert view.reach > 0.6 * frames.film_mesh.diameter > 0.9 * view.reach
         figure = blank()
-        paint(figure, frames.skin, [panel], view, width=85.0)
+        paint(figure, frames.film_mesh, [panel], view, width=85.0)
         assert figure.get_figwidth() == pytest.approx(85 / 25.4)
         (shared_path / "frames" / "000040.npz").write_bytes(b"PK nonsense")
         with pytest.raises(InputError, match=r"000040.npz' cannot be read"):
