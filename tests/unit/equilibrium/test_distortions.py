@@ -8,7 +8,7 @@ import builders
 import numpy as np
 import pytest
 from states import nodes, taylor_rates, unknowns, wavy
-from test_balloon import STEPS, gradient_and_curvature, moved, state_and_direction
+from taylor import STEPS, gradient_and_curvature, moved, state_and_direction
 
 from lobefem.equilibrium.displacement_control import constrain, distort, release_start
 from lobefem.equilibrium.distortions import Bend, Tip, Twist, Wave

@@ -5,7 +5,8 @@ from functools import partial
 import builders
 import numpy as np
 import pytest
-from states import cell_strains, kink_distance, nodes, taylor_rates, unknowns, wavy
+from states import nodes, taylor_rates, unknowns, wavy
+from taylor import PRESSURE, STEPS, gradient_and_curvature, moved, state_and_direction
 
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
@@ -26,7 +27,6 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-PRESSURE = 2e4
 ELASTIC_BAR = 3e6
 PLATES = [
     pytest.param(EndPlates("clamped", bar=True), id="clamped-rigid"),
@@ -42,66 +42,10 @@ LAWS = [
     pytest.param(TensionField(slack_stiffness=1e-4), False, id="tension-field"),
     pytest.param(FixedWrinkles(), True, id="fixed-wrinkles"),
 ]
-STEPS = 0.5 ** np.arange(4)
 
 
 # a hoop of the film's own stiffness: the paper's would drown the film in round-off
 stack = partial(builders.stack, lobes=4, divisions=(2, 5), shape=Isotensoid(4.2 / 1.1), EA=2e5)
-
-
-def state_and_direction(balloon):
-    """A state far from rest, and a direction along which no cell changes its state.
-
-    The film sees strains of some per cent, taut, wrinkled and slack, the plates turn by some
-    hundredths of a radian. Of several states the one is taken whose cells are farthest from a change.
-    """
-    balloon.set_loads(PRESSURE, PRESSURE / 2 if balloon.prestressed else 0.0)
-    kinked = isinstance(balloon.film, TensionField)
-    strains, best = cell_strains(balloon), (-1.0, None, None)
-    for seed in range(10, 34 if kinked else 11):
-        q, d = _random_state(balloon, seed)
-        here = strains(q)
-        there = q.copy()
-        there.axpy(1e-5, d)
-        rate = np.abs(strains(there) - here).max(axis=1) / 1e-5
-        limit = 2e-3 / rate.max(initial=1e-300)
-        if kinked:
-            minor, major = here.T
-            taut = minor + balloon.film.nu * major >= 0
-            slack = major <= 0
-            counts = balloon.comm.allreduce(np.array([f.sum() for f in (taut, slack, ~taut & ~slack)]))
-            if np.any(counts < 5):
-                continue
-            distance = kink_distance(here, balloon.film.nu)
-            limit = min(limit, (0.5 * distance / rate).min(initial=np.inf))
-        limit = balloon.comm.allreduce(limit, op=MPI.MIN)
-        if limit > best[0]:
-            best = (limit, q, d)
-    limit, q, d = best
-    assert limit > 0
-    d.scale(limit)
-    return q, d
-
-
-def _random_state(balloon, seed):
-    x, rng = nodes(balloon), np.random.default_rng(seed)
-    n = balloon.map.num_parameters
-    q = unknowns(balloon, 0.03 * wavy(x, seed, 2.0), rng.uniform(-0.03, 0.03, n))
-    return q, unknowns(balloon, wavy(x, -seed % 1000), rng.uniform(-1, 1, n))
-
-
-def moved(q, h, d):
-    new = q.copy()
-    new.axpy(h, d)
-    return new
-
-
-def gradient_and_curvature(balloon, q, d):
-    r = q.duplicate()
-    balloon.residual(q, r)
-    Kd = q.duplicate()
-    balloon.tangent(q).mult(d, Kd)
-    return r, Kd
 
 
 @pytest.mark.parametrize("plates", PLATES)
