@@ -71,12 +71,15 @@ def test_a_step_in_which_two_films_pass_each_other_is_cut(patches):
         assert contact.free_share(apart(0.5 * ACTIVATION), apart(end * ACTIVATION)) == 1.0
 
 
-def test_films_that_come_near_feel_each_other_at_once(patches):
-    """The pairs that were looked up while they were 1.5 d apart serve as well as those at 0.6 d."""
+@pytest.mark.parametrize(("first", "then"), [(1.5, 0.6), (1.9, 0.92)])
+def test_films_that_come_near_feel_each_other_at_once(patches, first, then):
+    """Pairs that were looked up while each was less than d/2 away serve as well as new ones."""
     contact, apart = patches
-    assert contact.energy(apart(1.5 * ACTIVATION)) == 0.0
-    near = apart(0.6 * ACTIVATION)
+    assert contact.energy(apart(first * ACTIVATION)) == 0.0
+    known = contact._candidates
+    near = apart(then * ACTIVATION)
     energy, force = contact.energy(near), contact.gradient(near)
+    assert contact._candidates is known
     contact._candidates = None
     contact._found.clear()
     assert energy > 0

@@ -1,4 +1,4 @@
-"""What Taylor tests of energies, residuals and tangents share: a state, a direction, and their derivatives."""
+"""What Taylor tests of energies, residuals and tangents share: a state, a direction, derivatives."""
 
 import numpy as np
 from states import cell_strains, kink_distance, nodes, unknowns, wavy
