@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from lobefem.version import __version__
+
 from mpi4py import MPI
 
 ROOT = Path(__file__).parents[1]
@@ -241,7 +243,7 @@ def test_the_image_is_labelled_with_this_version():
         re.findall(r'org\.opencontainers\.image\.(\w+)="(.*?)"', (ROOT / "docker/Dockerfile").read_text())
     )
     assert (labels["title"], labels["version"], labels["licenses"]) == (
-        PROJECT["name"], PROJECT["version"], PROJECT["license"],
+        PROJECT["name"], __version__, PROJECT["license"],
     )  # fmt: skip
 
 

@@ -71,6 +71,7 @@ def inflate(
 
     Collective.
     """
+    checks.having("balloon", balloon, "reference_area", "a Balloon")
     require_pressure(balloon.film, pressure)
     for name, value in (("min_step", min_step), ("rtol", rtol)):
         checks.positive(name, value, "")

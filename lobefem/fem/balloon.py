@@ -164,10 +164,13 @@ class Balloon(OnMesh, Summarized):
         """The same film and parts on another surface. Collective.
 
         Raises:
-            InputError: a frame or a load path that belong to this balloon's own surface.
+            InputError: a frame, a load path, a pattern or layers that belong to this balloon's own surface.
         """
-        if self.given_frame is not None or self.load_path is not None:
-            raise InputError("a film with a frame or a load path of its own stays on its surface")
+        bound = (self.given_frame, self.load_path, self.pattern, self.layers)
+        if any(given is not None for given in bound):
+            raise InputError(
+                "a film with a frame, a load path, a pattern or layers of its own stays on its surface"
+            )
         return self.with_changes(surface=surface)
 
     def with_changes(self, **changes: Any) -> Balloon:
@@ -175,7 +178,7 @@ class Balloon(OnMesh, Summarized):
         arguments = {
             "surface": self.surface,
             "film": self.film,
-            "parts": self.components,
+            "components": self.components,
             "prestressed": self.prestressed,
             "hoop_slack": self.hoop_slack,
             "load_path": self.load_path,

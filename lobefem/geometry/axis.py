@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from lobefem.frozen import Frozen
 from lobefem.typing import Array
 
 __all__ = ["Axis", "across", "circle", "unit"]
 
 
 @dataclass(frozen=True)
-class Axis:
+class Axis(Frozen):
     """The place and the direction of a balloon's axis.
 
     Attributes:

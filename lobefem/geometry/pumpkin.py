@@ -15,6 +15,7 @@ import numpy as np
 
 from lobefem import checks
 from lobefem.errors import InputError
+from lobefem.frozen import Frozen
 from lobefem.geometry import distribute
 from lobefem.geometry.gore import Gore
 from lobefem.geometry.surface import Surface
@@ -31,7 +32,7 @@ _NADIR, _APEX, _TENDON = 1, 2, 10
 
 
 @dataclass(frozen=True)
-class GoreGrid:
+class GoreGrid(Frozen):
     """Nodes and cells of one gore in its own coordinates.
 
     Attributes:

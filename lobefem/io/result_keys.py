@@ -114,7 +114,7 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "branches[].pressures": ("Pa", "at which it is one of the modes"),
         "branches[].values": ("Pa/m", "real parts of the eigenvalue there; in N/m with nodal mass"),
         "branches[].members": ("", "at each pressure, its modes' places in the list, from 0"),
-        "branches[].likeness": ("", "least likeness of its modes from one pressure to the next, 0 to 1"),
+        "branches[].mac": ("", "least MAC of its modes from one pressure to the next, 0 to 1"),
     },
     "critical": {
         "state": ("", "ideal or inflated"),

@@ -59,8 +59,8 @@ def sector_balloon(balloon: Balloon) -> Balloon:
         raise InputError(
             f"the balloon is under a {balloon.prescribed.kind}; its modes are of no single harmonic"
         )
-    if balloon.given_frame is not None:
-        raise InputError("a single harmonic needs the film's own frame; leave frame out")
+    if any(given is not None for given in (balloon.given_frame, balloon.pattern, balloon.layers)):
+        raise InputError("a single harmonic needs film as drawn; leave frame, pattern and layers out")
     if balloon.load_path is not None or any(isinstance(part, PlateLoad) for part in balloon.components):
         raise InputError("a single harmonic is of the shape as drawn; leave load_path and PlateLoad out")
     sector = sector_of(balloon.surface, balloon.axis)
@@ -127,7 +127,7 @@ class Sector:
             (entries.ravel(), (rows, columns.ravel())), shape=(3 * num + params, 3 * self.num_slots)
         )
         self._compare_shape(balloon)
-        if balloon is not self.balloon:
+        if balloon.surface.copies == 1:
             self._compare(balloon)
 
     @property

@@ -93,7 +93,7 @@ def release(
     *,
     undistorted: Equilibrium | None = None,
     damping: float = 1.0,
-    tolerance: float = 3e-4,
+    tolerance: float = 2e-4,
     settled: float = 1e-6,
     max_steps: int = 1000,
     end_time: float | None = None,

@@ -84,12 +84,13 @@ def test_a_rank_alone_with_its_fault_between_collective_calls_ends_all(tmp_path,
     """Rank 1 fails where rank 0 waits for it: it says so and takes all with it."""
     program = f"""
         from mpi4py import MPI
-        from lobefem import cli, console, states
-        console.Ranks.end.__defaults__ = ("", 0.5)  # how long it waits for the others [s]
+        from lobefem.app import cli, process
+        from lobefem.io import checkpoints
+        process.Ranks.end.__defaults__ = ("", 0.5)  # how long it waits for the others [s]
         def fail(*arguments, **options):
             raise {fault}
         if MPI.COMM_WORLD.rank == 1:
-            states._input_order = fail
+            checkpoints._input_order = fail
         cli.main({[*COMMAND, "--out", str(tmp_path / "run")]!r})
     """
     done = subprocess.run(

@@ -161,11 +161,11 @@ _COMPILES = """
 import sys
 from pathlib import Path
 import ufl
-from lobefem import _dolfinx
-from lobefem.geometry.surface import lobed_cylinder
+from lobefem.linalg import dolfinx_compat
+from lobefem.geometry.stacks import lobed_cylinder
 x = ufl.SpatialCoordinate(lobed_cylinder(1, (2, 3)).mesh)
 for k in range(3):
-    assert _dolfinx.form(x[k] * ufl.dx, Path(sys.argv[1])) is not None
+    assert dolfinx_compat.form(x[k] * ufl.dx, Path(sys.argv[1])) is not None
 """
 
 

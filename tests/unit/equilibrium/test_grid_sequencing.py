@@ -76,7 +76,7 @@ def test_where_the_coarse_start_leads_nowhere_the_reference_shape_does(comm, mon
     def astray(coarse, q, fine):
         return unknowns(fine, 1e3 * nodes(fine)[:, [1, 2, 0]])
 
-    monkeypatch.setattr("lobefem.equilibrium.grid_sequencing.interpolate", astray)
+    monkeypatch.setattr("lobefem.equilibrium.inflation.interpolate", astray)
     said = []
     found = inflate(balloon, 5.0, nested=True, max_iterations=12, progress=said.append)
     assert found.converged

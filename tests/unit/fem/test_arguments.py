@@ -37,10 +37,12 @@ from lobefem.stability.one_sided import one_sided_pressures
 from lobefem.stability.perturbation import perturb
 from lobefem.stability.relaxation import release
 
+from dolfinx import fem
+
 # each argument that is bound to no mesh, with a value that is not its default
 GIVEN = {
     "film": FixedWrinkles(E=1e9, nu=0.2, thickness=2e-5, slack_stiffness=1e-3),
-    "parts": (GasPressure("film"), Hoops(EA=2e5), EndPlates("pinned"), Fixed("rim_bottom", (2,))),
+    "components": (GasPressure("film"), Hoops(EA=2e5), EndPlates("pinned"), Fixed("rim_bottom", (2,))),
     "prestressed": True,
     "hoop_slack": 1e-3,
     "quadrature_degree": 3,
@@ -81,11 +83,18 @@ def test_each_argument_survives_another_film(comm, path):
     assert other.given_frame is balloon.given_frame is not None
     loaded = Balloon(path.balloon.surface, TensionField(), path.balloon.components, load_path=path)
     assert loaded.with_changes(film=IMP()).load_path is path
-    for bound in (balloon, loaded):
+    layers = fem.Function(fem.functionspace(surface.mesh, ("DG", 0)))
+    layers.x.array[:] = 2.0
+    pattern = fem.Function(fem.functionspace(surface.mesh, ("DG", 1, (2,))))
+    pattern.interpolate(lambda x: np.array([x[2], 2.0 * np.arctan2(x[1], x[0])]))
+    cut = Balloon(surface, **GIVEN, pattern=pattern, layers=layers)
+    assert cut.with_changes(film=film).pattern is pattern
+    assert cut.with_changes(film=film).layers is layers
+    for bound in (balloon, loaded, cut):
         for use in (sector_balloon, lambda b: b.remeshed(lobed_cylinder(2, (6, 8), comm=comm))):
             with pytest.raises(InputError, match=r"frame|load_path"):
                 use(bound)
-    known = {*GIVEN, "surface", "frame", "load_path"}
+    known = {*GIVEN, "surface", "frame", "load_path", "pattern", "layers"}
     assert set(inspect.signature(Balloon).parameters) == known  # a new argument belongs into these tests
 
 
@@ -196,11 +205,11 @@ def test_states_and_modes_are_not_pickled_but_kept(comm, shared_path):
 
 def frozen_records():
     """All frozen dataclasses of the package."""
-    for module in pkgutil.iter_modules(lobefem.__path__):
-        if module.name == "__main__":
+    for module in pkgutil.walk_packages(lobefem.__path__, "lobefem."):
+        if module.name == "lobefem.__main__":
             continue
-        for kind in vars(importlib.import_module(f"lobefem.{module.name}")).values():
-            here = inspect.isclass(kind) and kind.__module__ == f"lobefem.{module.name}"
+        for kind in vars(importlib.import_module(module.name)).values():
+            here = inspect.isclass(kind) and kind.__module__ == module.name
             if here and dataclasses.is_dataclass(kind) and kind.__dataclass_params__.frozen:
                 yield kind
 
@@ -261,9 +270,9 @@ def test_the_public_names():
     """What `lobefem` exports; a change of it is a change for every user."""
     assert sorted(lobefem.__all__) == [
         "Balloon", "Cables", "CriticalPoint", "CriticalPressure", "Design", "EndPlates", "Equilibrium",
-        "FixedWrinkles", "Form", "NaturalShape", "GasPressure", "HarmonicPressures", "Fixed", "Hoops", "IMP",
-        "Isotensoid", "Isotropic", "Modes", "Perturbed", "PlateLoad", "PrescribedPath", "Released", "Surface",
-        "TensionField", "Trace", "__version__", "critical_point", "critical_pressure", "cylinder",
+        "Fixed", "FixedWrinkles", "Form", "GasPressure", "HarmonicPressures", "Hoops", "IMP", "Isotensoid",
+        "Isotropic", "Modes", "NaturalShape", "Perturbed", "PlateLoad", "PrescribedPath", "Released",
+        "Surface", "TensionField", "Trace", "__version__", "critical_point", "critical_pressure", "cylinder",
         "find_form", "find_modes", "harmonic_pressures", "ideal_state", "inflate", "isotensoid_stiffness",
         "lobed_cylinder", "perturb", "trace",
     ]  # fmt: skip

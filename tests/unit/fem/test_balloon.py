@@ -267,7 +267,7 @@ def test_errors_of_parts_that_do_not_go_together(comm):
         ([EndPlates(), EndPlates()], "a balloon takes one EndPlates, not 2"),
         (
             ["hoop"],
-            "'hoop' is no part of a balloon; use one of GasPressure, Cables, EndPlates, PlateLoad, Held, "
+            "'hoop' is no part of a balloon; use one of GasPressure, Cables, EndPlates, PlateLoad, Fixed, "
             "SelfContact",
         ),
         ([Fixed("rim")], r"no edge group 'rim' on this surface; it has \["),

@@ -138,7 +138,7 @@ MEASURES = {
     "length by mass": lambda b: nonlinear_buckling._length(b, field(b)),
     "likeness by area": mac("unit"),
     "likeness by nodes": mac("nodal"),
-    "middle hoop": lambda b: mid_hoop_displacement(state(b)),
+    "middle hoop": lambda b: mid_hoop_displacement(b, state(b).displacement),
     "middle ring": middle,
     "means of rows": lambda b: form_finding.row_means(state(b)),
     "plates": plates,

@@ -215,17 +215,17 @@ def test_harmonics_that_a_sector_cannot_tell_apart_are_told_by_their_shape():
 
 def test_harmonics_of_quadratic_cells_are_double_but_for_the_first_and_the_last():
     """Eight sectors with two nodes each on a ring: n = 4 is half of the sectors, n = 8 half of the nodes."""
-    sector = Sector(build(1, (3, 8), "closed", Isotropic(), order=2))
+    sector = Sector(build(film=Isotropic(), lobes=1, divisions=(3, 8), order=2))
     assert (sector.order, sector.columns, sector.harmonics) == (8, 2, range(9))
     assert [sector.copies(n) for n in range(9)] == [1, 2, 2, 2, 2, 2, 2, 2, 1]
-    linear = Sector(build(1, (3, 8), "closed", Isotropic()))
+    linear = Sector(build(film=Isotropic(), lobes=1, divisions=(3, 8)))
     assert [linear.copies(n) for n in linear.harmonics] == [1, 2, 2, 2, 1]
 
 
 @pytest.mark.parametrize("n", range(9))
 def test_share_of_a_harmonic_in_a_wave_on_quadratic_cells(n):
     """Of n and -n together: all of a wave's own, nothing of that which the sectors cannot tell from it."""
-    sector = Sector(build(1, (3, 8), "closed", Isotropic(), order=2))
+    sector = Sector(build(film=Isotropic(), lobes=1, divisions=(3, 8), order=2))
     x = sector.balloon.X[np.unique(sector.balloon.map.free // 3)]
     angle = np.mod(np.arctan2(x[:, 1], x[:, 0]) + 1e-9, 2 * np.pi) - 1e-9
     near = angle < 2 * np.pi / 8 - 1e-6
@@ -247,10 +247,12 @@ def test_share_of_a_harmonic_in_a_wave_on_quadratic_cells(n):
 @pytest.mark.parametrize(("off", "refused"), [(1e-3, True), (3e-6, True), (1e-8, False)])
 def test_an_inflated_state_without_the_symmetry_is_refused(off, refused):
     """Newton's method leaves 1e-8 of the motion; what is more is a state of its own."""
-    balloon = build(1, (4, 8), "closed", Isotropic(), prestressed=False)
+    balloon = build(film=Isotropic(), lobes=1, prestressed=False)
     state = inflate(balloon, 1000.0, rtol=1e-12)
     if balloon.comm.rank == 0:
-        state.unknowns[0] += off * state.max_displacement
+        unknowns = state.unknowns.copy()
+        unknowns[0] += off * state.max_displacement
+        state = replace(state, unknowns=unknowns)
     if refused:
         with pytest.raises(InputError, match="the state differs from sector to sector by"):
             find_modes(state, 2, harmonics=[2])
@@ -359,11 +361,11 @@ def test_what_cannot_be_reduced_is_refused():
         critical_pressure(framed, harmonic=2)
 
 
-def test_one_sector_is_no_balloon():
+def test_one_sector_is_no_whole_balloon():
     sector = Balloon(lobed_cylinder(1, (4, 8), sector=True), FixedWrinkles(), [EndPlates()], prestressed=True)
     for use in (
-        lambda: inflate(sector, 5.0),
         lambda: ideal_state(sector, 5.0),
+        lambda: find_modes(inflate(sector, 5.0)),
         lambda: critical_pressure(sector),
     ):
         with pytest.raises(InputError, match="one sector of a balloon; mesh the whole surface"):

@@ -24,7 +24,7 @@ from lobefem import (
     lobed_cylinder,
 )
 from lobefem.errors import ConvergenceError, InputError
-from lobefem.stability import nonlinear_buckling
+from lobefem.stability import nonlinear_buckling, tracing
 from lobefem.stability.nonlinear_buckling import critical_point
 from lobefem.stability.tracing import trace
 
@@ -124,7 +124,7 @@ def test_a_path_that_ends_before_its_time_is_no_limit_point(comm, monkeypatch):
             raise ConvergenceError("line search failed", state=start, pressure=pressure)
         return inflate(balloon, pressure, start=start, **options)
 
-    monkeypatch.setattr(nonlinear_buckling, "inflate", failing)
+    monkeypatch.setattr(tracing, "inflate", failing)
     with pytest.raises(ConvergenceError, match="but not at a limit point") as caught:
         critical_point(pyramid(comm, height), start=0.05 * exact, limit=2 * exact)
     assert caught.value.state.pressure == pytest.approx(0.5 * exact, rel=1e-3)
@@ -168,7 +168,7 @@ def test_each_state_of_a_trace_starts_from_the_one_before(comm, monkeypatch):
         starts.append(start)
         return inflate(balloon, pressure, start=start, **options)
 
-    monkeypatch.setattr(nonlinear_buckling, "inflate", watched)
+    monkeypatch.setattr(tracing, "inflate", watched)
     found = trace(pyramid(comm, 0.15), [10.0, 20.0, 30.0], count=1, state="inflated")
     assert starts[0] is None
     assert all(start is state for start, state in zip(starts[1:], found.states[:-1], strict=True))
@@ -181,7 +181,7 @@ def test_each_state_of_a_search_starts_from_a_stable_one(comm, monkeypatch):
         starts.append((pressure, start))
         return inflate(balloon, pressure, start=start, **options)
 
-    monkeypatch.setattr(nonlinear_buckling, "inflate", watched)
+    monkeypatch.setattr(tracing, "inflate", watched)
     height = 2.0
     exact = roof_pressure(brentq(sideways_stiffness, 0.6 * height, height, args=(height,)), height)
     found = critical_point(pyramid(comm, height), start=0.9 * exact, limit=2 * exact)
@@ -269,7 +269,7 @@ def test_a_trace_that_fails_carries_what_was_reached(comm, monkeypatch):
             raise ConvergenceError("line search failed", state=start)
         return inflate(balloon, pressure, start=start, **options)
 
-    monkeypatch.setattr(nonlinear_buckling, "inflate", failing)
+    monkeypatch.setattr(tracing, "inflate", failing)
     with pytest.raises(ConvergenceError) as caught:
         trace(pyramid(comm, 0.15), [10.0, 20.0, 30.0], count=3, state="inflated")
     reached = caught.value.data["trace"]
@@ -280,7 +280,7 @@ def test_a_trace_that_fails_carries_what_was_reached(comm, monkeypatch):
 
 def test_unclear_steps_are_halved(monkeypatch):
     balloon = lobe(divisions=(4, 8))
-    monkeypatch.setattr(nonlinear_buckling, "unclear", lambda a, b: b.state.pressure <= 2000)
+    monkeypatch.setattr(tracing, "unclear", lambda a, b: b.state.pressure <= 2000)
     found = trace(balloon, [1000.0, 2000.0, 4000.0], count=1, refinements=2)
     assert found.pressures.tolist() == [1000, 1250, 1500, 1750, 2000, 4000]
 

@@ -23,8 +23,8 @@ PRESSURE = 1000.0
 FILM = TensionField(slack_stiffness=0.0)
 
 
-def balloon_of(comm, film=FILM, slack=0.0, prestressed=True):
-    mesh = {"lobes": 1, "divisions": (10, 20), "cell": "quadrilateral"}
+def balloon_of(comm, film=FILM, slack=0.0, prestressed=True, divisions=(10, 20)):
+    mesh = {"lobes": 1, "divisions": divisions, "cell": "quadrilateral"}
     return stack(comm, film, "film", support="fixed", prestressed=prestressed, hoop_slack=slack, **mesh)
 
 
