@@ -357,7 +357,7 @@ def test_what_cannot_be_reduced_is_refused():
         critical_pressure(held, harmonic=2)
     frame = revolved_frame(surface.mesh, surface.axis)
     framed = Balloon(surface, Isotropic(), parts, prestressed=True, frame=frame)
-    with pytest.raises(InputError, match="leave frame out"):
+    with pytest.raises(InputError, match="leave frame, pattern and layers out"):
         critical_pressure(framed, harmonic=2)
 
 
