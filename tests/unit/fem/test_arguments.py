@@ -19,6 +19,7 @@ from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.frozen import Frozen
 from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.geometry.surface import Surface
 from lobefem.io.checkpoints import load_state, save_state
 from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates
@@ -222,6 +223,9 @@ def test_every_frozen_record_with_arrays_keeps_them_read_only():
         if not names:
             continue
         assert issubclass(kind, Frozen), kind
+        found.add(kind.__name__)
+        if kind is Surface:  # which looks at what it is given
+            continue
         array, within = np.zeros(3), {"one": np.zeros(3), "two": 2}
         arguments = dict.fromkeys((f.name for f in dataclasses.fields(kind)), array)
         arguments |= {name: within for name in names if "Mapping" in str(kind.__annotations__[name])}
@@ -240,7 +244,8 @@ def test_every_frozen_record_with_arrays_keeps_them_read_only():
             with pytest.raises(ValueError, match="read-only"):
                 one[0] = 1.0
         array[0] = within["one"][0] = 1.0  # whoever made them can
-        found.add(kind.__name__)
+    with pytest.raises(ValueError, match="read-only"):
+        lobed_cylinder(1, (2, 3)).axis[0] = 1.0
     assert {"Equilibrium", "Mode", "Checkpoint", "Surface", "Branch", "Form", "Run"} <= found
 
 

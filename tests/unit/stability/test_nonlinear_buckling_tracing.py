@@ -124,7 +124,8 @@ def test_a_path_that_ends_before_its_time_is_no_limit_point(comm, monkeypatch):
             raise ConvergenceError("line search failed", state=start, pressure=pressure)
         return inflate(balloon, pressure, start=start, **options)
 
-    monkeypatch.setattr(tracing, "inflate", failing)
+    for module in (nonlinear_buckling, tracing):
+        monkeypatch.setattr(module, "inflate", failing)
     with pytest.raises(ConvergenceError, match="but not at a limit point") as caught:
         critical_point(pyramid(comm, height), start=0.05 * exact, limit=2 * exact)
     assert caught.value.state.pressure == pytest.approx(0.5 * exact, rel=1e-3)
@@ -181,7 +182,8 @@ def test_each_state_of_a_search_starts_from_a_stable_one(comm, monkeypatch):
         starts.append((pressure, start))
         return inflate(balloon, pressure, start=start, **options)
 
-    monkeypatch.setattr(tracing, "inflate", watched)
+    for module in (nonlinear_buckling, tracing):
+        monkeypatch.setattr(module, "inflate", watched)
     height = 2.0
     exact = roof_pressure(brentq(sideways_stiffness, 0.6 * height, height, args=(height,)), height)
     found = critical_point(pyramid(comm, height), start=0.9 * exact, limit=2 * exact)
