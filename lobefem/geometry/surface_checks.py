@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from lobefem import checks
 from lobefem.errors import InputError
+from lobefem.frozen import Frozen
 from lobefem.geometry.axis import Axis, across, circle, rounded, unit
 from lobefem.geometry.cylinder import Cylinder
 from lobefem.geometry.manifold import CORNERS, require_manifold
@@ -33,7 +34,7 @@ _NEAR = 0.02  # share of the edge radius, or of the height, that a claim may be 
 
 
 @dataclass(frozen=True)
-class _Rim:
+class _Rim(Frozen):
     """A rim, the same on every rank.
 
     Attributes:

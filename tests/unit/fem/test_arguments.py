@@ -19,6 +19,7 @@ from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.frozen import Frozen
 from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.geometry.surface import Surface
 from lobefem.io.checkpoints import load_state, save_state
 from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates
@@ -214,7 +215,8 @@ def frozen_records():
                 yield kind
 
 
-def test_every_frozen_record_with_arrays_keeps_them_read_only():
+def test_every_frozen_record_with_arrays_keeps_them_read_only(comm):
+    mesh = lobed_cylinder(1, (4, 6), comm=comm).mesh
     found = set()
     for kind in frozen_records():
         names = {f.name for f in dataclasses.fields(kind) if any(w in str(f.type) for w in ARRAYS)}
@@ -227,6 +229,8 @@ def test_every_frozen_record_with_arrays_keeps_them_read_only():
         arguments |= {name: within for name in names if "Mapping" in str(kind.__annotations__[name])}
         arguments |= {name: (array, array) for name in names if "tuple[" in str(kind.__annotations__[name])}
         arguments |= {name: [array] for name in names if "list[" in str(kind.__annotations__[name])}
+        if kind is Surface:  # looks at what it is given
+            arguments = {"mesh": mesh, "axis": array + 1.0, "origin": array}
         record = kind(**arguments)
         for name in names:
             value = getattr(record, name)
