@@ -265,7 +265,7 @@ class Sector:
         """
         if whole.map.tied:  # the state of one sector: the same film, its cuts untied
             whole.set_unknowns(q)
-            return self.balloon.map.unknowns(whole.u, whole._w)
+            return self.balloon.unknowns_of(whole)
         if whole.contact is not None:
             whole.set_unknowns(q)
             if whole.contact.measure(whole.u).pairs:

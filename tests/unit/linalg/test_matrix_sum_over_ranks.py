@@ -77,8 +77,8 @@ def tangent(balloon):
 def plates(balloon):
     """What the rims pull at the plates, and its curvature."""
     placed(balloon)
-    r = balloon._assemble_residual()
-    gradient, curvature = balloon.map.plate_forces(r, balloon._w)
+    r = balloon.assembly.residual()
+    gradient, curvature = balloon.map.plate_forces(r, balloon.w)
     return (*gradient, *curvature.ravel())
 
 
