@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from lobefem.display import Summarized, Summary, number
-from lobefem.equilibrium.displacement_control import Increment, distort, release_start
+from lobefem.equilibrium.displacement_control import distort, release_start
 from lobefem.equilibrium.distortions import Distortion, require_distortion
-from lobefem.equilibrium.gradient_flow import Ledger, Record
+from lobefem.equilibrium.energy_ledger import Ledger
+from lobefem.equilibrium.gradient_flow import Record
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.ramp import Increment
 from lobefem.equilibrium.state import Checkpoint, Equilibrium, Keepable, Moment, require_whole
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon

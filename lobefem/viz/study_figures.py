@@ -368,7 +368,7 @@ def _study(results: Any) -> Any:
 
 
 def _history(results: Any) -> Any:
-    from lobefem.equilibrium.gradient_flow import Ledger
+    from lobefem.equilibrium.energy_ledger import Ledger
     from lobefem.stability.perturbation import Point
 
     factor = math.pi / 180 if results["unit"] == "degrees" else 1.0

@@ -10,7 +10,8 @@ from states import nodes, unknowns, wavy
 from lobefem.equilibrium import form_finding
 from lobefem.equilibrium.displacement_control import constrain
 from lobefem.equilibrium.distortions import Bend, Tip, Wave
-from lobefem.equilibrium.gradient_flow import GradientFlow, Ledger
+from lobefem.equilibrium.energy_ledger import Ledger
+from lobefem.equilibrium.gradient_flow import GradientFlow
 from lobefem.equilibrium.state import record
 from lobefem.fem import functionals, rigid_motions
 from lobefem.fem.balloon import Balloon

@@ -10,7 +10,8 @@ from states import nodes, unknowns
 
 from lobefem.equilibrium.displacement_control import distort
 from lobefem.equilibrium.distortions import Tip
-from lobefem.equilibrium.gradient_flow import GradientFlow, Ledger, damping_scale
+from lobefem.equilibrium.energy_ledger import Ledger
+from lobefem.equilibrium.gradient_flow import GradientFlow, damping_scale
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.state import Moment
 from lobefem.errors import InputError
