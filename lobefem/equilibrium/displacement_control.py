@@ -112,7 +112,7 @@ def constrain(balloon: Balloon, distortion: Distortion) -> Balloon:
     return balloon
 
 
-def _transfer(state: Any, balloon: Balloon, parameter: float) -> Any:
+def _transfer(state: Equilibrium, balloon: Balloon, parameter: float) -> Any:
     """The q of a balloon with the displacement of a state of the same film, under a guide or free of it."""
     old = state.balloon
     for one in (old, balloon):

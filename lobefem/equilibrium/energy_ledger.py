@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from lobefem.fem.balloon import Balloon
 from lobefem.frozen import Frozen
-from lobefem.typing import Array
+from lobefem.typing import Array, Vec
 
 __all__ = ["Energies", "Ledger", "measure"]
 
@@ -97,7 +96,7 @@ class Energies(Frozen):
     dead: float
 
 
-def measure(balloon: Balloon, q: Any) -> Energies:
+def measure(balloon: Balloon, q: Vec) -> Energies:
     """Measure energies, volume and the plates at q. Collective.
 
     Args:

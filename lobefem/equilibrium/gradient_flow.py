@@ -24,7 +24,7 @@ from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import middle_nodes, stiffness_scale
 from lobefem.linalg import petsc
 from lobefem.log import logger
-from lobefem.typing import Array
+from lobefem.typing import SNES, TS, Array, Mat, Vec
 
 from petsc4py import PETSc
 
@@ -127,7 +127,7 @@ class GradientFlow:
     def __init__(
         self,
         balloon: Balloon,
-        q: Any,
+        q: Vec,
         *,
         damping: float,
         tolerance: float,
@@ -188,7 +188,7 @@ class GradientFlow:
 
     # --- the equation ---------------------------------------------------------------------------
 
-    def _function(self, ts: Any, t: float, x: Any, xdot: Any, f: Any) -> None:
+    def _function(self, ts: TS, t: float, x: Vec, xdot: Vec, f: Vec) -> None:
         self.balloon.residual(x, f)
         self._mass.mult(xdot, self._work)
         f.axpy(self.damping, self._work)
@@ -199,7 +199,7 @@ class GradientFlow:
         """Remaining share, at a time, of the forces that held the start."""
         return max(1.0 - time / self.fade, 0.0) if self.fade is not None else 0.0
 
-    def _tangent(self, ts: Any, t: float, x: Any, xdot: Any, shift: float, J: Any, P: Any) -> None:
+    def _tangent(self, ts: TS, t: float, x: Vec, xdot: Vec, shift: float, J: Mat, P: Mat) -> None:
         self._shift = shift
         if ts.getSNES().getIterationNumber() == 0:
             self._begin.copy(self._last)
@@ -208,7 +208,7 @@ class GradientFlow:
         newton.follow_pattern(ts.getSNES(), self.balloon)
         K.axpy(self.damping * shift, self._mass, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
 
-    def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int | None:
+    def _converged(self, snes: SNES, its: int, norms: tuple[float, float, float]) -> int | None:
         """SNES's test; a solution that lies higher in energy than the step's beginning is refused.
 
         Whole Newton steps can end at film turned inside out. An accepted step has lowered
@@ -299,7 +299,7 @@ class GradientFlow:
         self._force.scale(-1.0)  # of the damping, as it will be at once
         self._state = measure(self.balloon, self.q)
 
-    def _begin_at(self, q: Any) -> None:
+    def _begin_at(self, q: Vec) -> None:
         """Take q as the beginning of a step, with its mass and its energy."""
         q.copy(self._begin)
         if self._mass is None or self.balloon.map.num_parameters:
@@ -310,11 +310,11 @@ class GradientFlow:
         self.balloon.freeze_plates(q)
         self._energy = self.balloon.energy(q)[0]
 
-    def _before(self, ts: Any) -> None:
+    def _before(self, ts: TS) -> None:
         self._begin_at(ts.getSolution())
         self._failures = ts.getSNESFailures()
 
-    def _after(self, ts: Any) -> None:
+    def _after(self, ts: TS) -> None:
         """Balance and record an accepted step."""
         x = ts.getSolution()
         old, state = self._state, measure(self.balloon, x)

@@ -26,6 +26,7 @@ from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.linalg import petsc
 from lobefem.log import logger
 from lobefem.progress import said
+from lobefem.typing import Vec
 from lobefem.units import in_degrees
 
 from petsc4py import PETSc
@@ -94,7 +95,7 @@ class Ramp:
     def __init__(
         self,
         balloon: Balloon,
-        q: Any,
+        q: Vec,
         rtol: float,
         max_iterations: int,
         words: tuple[str, str],

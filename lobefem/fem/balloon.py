@@ -24,9 +24,10 @@ from lobefem.fem.film_assembly import FilmAssembly
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
-from lobefem.fem.weak_forms import WeakForms, check_load_path
+from lobefem.fem.weak_forms import LoadPath, WeakForms, check_load_path
 from lobefem.frozen import OnMesh
 from lobefem.geometry.meridian import Lobe
+from lobefem.geometry.surface import Surface
 from lobefem.geometry.surface_checks import examine
 from lobefem.linalg import dolfinx_compat, petsc
 from lobefem.linalg.assembly import integral, together, totals
@@ -37,7 +38,7 @@ from lobefem.model.gas_pressure import film_volume
 from lobefem.model.kinematics import Frame, revolved_frame
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
-from lobefem.typing import Array
+from lobefem.typing import Array, Expr, Vec
 
 import basix.ufl
 import ufl
@@ -86,17 +87,17 @@ class Balloon(OnMesh, Summarized):
     @timed("set-up")
     def __init__(
         self,
-        surface: Any,
+        surface: Surface,
         film: Film,
         components: Sequence[Any] = (),
         *,
         prestressed: bool = False,
         hoop_slack: float = 0.0,
-        load_path: Any = None,
+        load_path: LoadPath | None = None,
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
-        pattern: Any = None,
-        layers: Any = None,
+        pattern: Expr | None = None,
+        layers: Expr | None = None,
     ) -> None:
         checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
         require_film(film)
@@ -165,7 +166,7 @@ class Balloon(OnMesh, Summarized):
         self.reference_area, self.reference_volume = map(float, totals(self.mesh, form))
         self.reference_volume += self.motion.volume if self.motion else 0.0
 
-    def remeshed(self, surface: Any) -> Balloon:
+    def remeshed(self, surface: Surface) -> Balloon:
         """The same film and parts on another surface. Collective.
 
         Raises:
@@ -180,7 +181,7 @@ class Balloon(OnMesh, Summarized):
 
     def with_changes(self, **changes: Any) -> Balloon:
         """The balloon of the same arguments but for those given, by their names. Collective."""
-        arguments = {
+        arguments: dict[str, Any] = {
             "surface": self.surface,
             "film": self.film,
             "components": self.components,
@@ -255,7 +256,7 @@ class Balloon(OnMesh, Summarized):
     def _plate_forces(self, load: PlateLoad | None) -> PlateForces | None:
         if self.motion is not None:
             # of a sector its share, as its rims' areas and the bar are
-            excess = self.surface.shape.axial_excess / self.surface.copies if self.prestressed else None
+            excess = self.surface.lobe.axial_excess / self.surface.copies if self.prestressed else None
             closed = self.load.convention == "closed"
             loads = (closed, self.pressure, self.prestress)
             return PlateForces(self.motion, load, *loads, excess, self.load.gradient, self.gas_level)
@@ -274,7 +275,7 @@ class Balloon(OnMesh, Summarized):
 
     # --- what a solver asks for -----------------------------------------------------------------
 
-    def integrate(self, expression: Any) -> float:
+    def integrate(self, expression: Expr) -> float:
         """The integral of a UFL expression with its measure, over all ranks. Collective."""
         return integral(self.mesh, expression)
 
@@ -288,11 +289,11 @@ class Balloon(OnMesh, Summarized):
         change += self.plate_forces.volume(self.w) if self.plate_forces else 0.0
         return self.reference_volume + change
 
-    def set_unknowns(self, q: Any) -> None:
+    def set_unknowns(self, q: Vec) -> None:
         """Put the displacement of q into `u`. Collective."""
         self.w, _, _ = self.map.displace(q, self.u)
 
-    def load_norm(self, q: Any) -> float:
+    def load_norm(self, q: Vec) -> float:
         """Norm of the pressure's reduced nodal forces p dV/dq at q [N, N m]. Collective."""
         self.set_unknowns(q)
         g = self.assembly.load()
@@ -308,14 +309,14 @@ class Balloon(OnMesh, Summarized):
             return None
         return motion.bar_force(self.w, forces.top_force, forces.bar_built_in)
 
-    def freeze_plates(self, q: Any) -> None:
+    def freeze_plates(self, q: Vec) -> None:
         """Keep the plates' area vectors at q for the energies that follow. Collective."""
         if self.plate_forces is not None:
             w, _, _ = self.map.plate_parameters(self.map.parameters(q))
             self.plate_forces.freeze(w)
 
     @timed("energy")
-    def energy(self, q: Any) -> tuple[float, float]:
+    def energy(self, q: Vec) -> tuple[float, float]:
         """Potential energy at q [J]: of strain, -p (V - V of the reference shape), dead load. Collective.
 
         With a `SelfContact` the barrier's energy is added: infinite where the film intersects itself.
@@ -363,14 +364,14 @@ class Balloon(OnMesh, Summarized):
         return gradient, hessian
 
     @timed("residual")
-    def residual(self, q: Any, out: Any) -> None:
+    def residual(self, q: Vec, out: Vec) -> None:
         """Write the reduced residual at q [N, N m] into `out`. Collective."""
         self.w, dw, _ = self.map.displace(q, self.u)
         r = self.assembly.residual()
         gradient, _ = self._plate_terms(r)
         self.map.reduce(r, gradient, dw, out)
 
-    def reaction(self, q: Any) -> float:
+    def reaction(self, q: Vec) -> float:
         """The force conjugate to the guide's parameter at q, 0 without a guide [N or N m]. Collective."""
         self.set_unknowns(q)
         r = self.assembly.residual()
@@ -380,7 +381,7 @@ class Balloon(OnMesh, Summarized):
         return float(gradient @ self.prescribed.rate(self.map.parameters(q))) + self.map.push_force(r)
 
     @timed("tangent")
-    def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False, before: Any = None) -> Any:
+    def tangent(self, q: Vec, slot: int = 0, *, iteration: bool = False, before: Vec | None = None) -> Any:
         """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
 
         Args:
@@ -405,7 +406,7 @@ class Balloon(OnMesh, Summarized):
             return self.contact.add_hessian(reduced, self.map.jacobian(self.w, dw), self.u, slot)
         return reduced
 
-    def second_variation(self, q: Any, dv: Any, dq: Any) -> float:
+    def second_variation(self, q: Vec, dv: Vec, dq: Vec) -> float:
         """The second variation dv . K(q) dq, integrated over the film without assembling K [J]. Collective.
 
         Stiff hoops put entries of 1e9 N/m into K; their round-off alone moves the softest
@@ -434,7 +435,7 @@ class Balloon(OnMesh, Summarized):
         """Consistent mass of unit areal density on all nodal displacements [m^2]. Collective."""
         return self.assembly.mass.whole()
 
-    def mass(self, q: Any, kind: str = "unit") -> Any:
+    def mass(self, q: Vec, kind: str = "unit") -> Any:
         """B of the eigenproblem in q: J^T M J or J^T J with the map's Jacobian at q. Collective.
 
         Args:

@@ -27,7 +27,7 @@ from lobefem.geometry.axis import across
 from lobefem.model.film import require_energy
 from lobefem.progress import plain
 from lobefem.stability.relaxation import Released, release
-from lobefem.typing import Array
+from lobefem.typing import Array, Vec
 
 __all__ = ["Perturbed", "Point", "perturb"]
 
@@ -284,7 +284,7 @@ class _Log:
         return float(balloon.pressure.value) * gained
 
     @staticmethod
-    def _plates_of(balloon: Balloon, q: Any) -> tuple[Array, Array]:
+    def _plates_of(balloon: Balloon, q: Vec) -> tuple[Array, Array]:
         """Area vectors and displacements of the plates (2, 3). Collective."""
         if balloon.motion is None:
             return np.zeros((2, 3)), np.zeros((2, 3))
