@@ -18,7 +18,7 @@ from lobefem.equilibrium.state import Equilibrium, placed_state
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.frozen import Frozen
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.natural_shape import FORMING_PRESSURE, NaturalShape, isotensoid_stiffness
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.geometry.surface import Surface

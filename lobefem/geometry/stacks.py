@@ -15,7 +15,7 @@ from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.geometry import distribute, gmsh, grid, manifold
 from lobefem.geometry.axis import Axis
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.geometry.meridian import Lobe
 from lobefem.geometry.surface import Surface, _moved

@@ -13,7 +13,7 @@ from lobefem.display import Summarized, Summary, number
 from lobefem.frozen import Frozen, OnMesh
 from lobefem.geometry import gather, surface_checks
 from lobefem.geometry.axis import Axis
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.meridian import Lobe
 from lobefem.typing import Array, Indices
 

@@ -18,7 +18,7 @@ from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.frozen import Frozen
 from lobefem.geometry.axis import Axis, across, circle, rounded, unit
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.manifold import CORNERS, require_manifold
 from lobefem.geometry.meridian import Lobe
 from lobefem.linalg import dolfinx_compat

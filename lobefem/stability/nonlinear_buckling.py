@@ -21,7 +21,7 @@ from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import displacement_of
 from lobefem.fem.rigid_motions import num_turns
 from lobefem.linalg import petsc
-from lobefem.stability.branches import follow
+from lobefem.stability.branch_following import follow
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.modes import Mode, Modes, find_modes
 from lobefem.stability.tracing import _check_state, _state

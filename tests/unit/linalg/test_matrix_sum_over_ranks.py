@@ -22,7 +22,7 @@ from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.stability import branches, nonlinear_buckling
+from lobefem.stability import branch_following, nonlinear_buckling
 from lobefem.stability.cyclic import Sector
 from lobefem.stability.fourier import kind_of, spectrum
 
@@ -121,7 +121,7 @@ def mac(mass):
     def products(balloon):
         owned = 3 * balloon.V.dofmap.index_map.size_local
         columns = np.array([field(balloon, seed).ravel()[:owned] for seed in (1, 2, 3)]).T
-        return branches._inner(SimpleNamespace(state=state(balloon), mass=mass), columns, columns)
+        return branch_following._inner(SimpleNamespace(state=state(balloon), mass=mass), columns, columns)
 
     return products
 
