@@ -24,7 +24,7 @@ import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 from lobefem import CriticalPoint, CriticalPressure, critical_point, critical_pressure, trace
 from lobefem.errors import LobefemError
 from lobefem.files import save_json
-from lobefem.stability.branches import Branch
+from lobefem.stability.branch_following import Branch
 from lobefem.stability.tracing import branches
 from lobefem.viz.mode_figures import eigenvalue_curves
 

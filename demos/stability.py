@@ -30,7 +30,7 @@ from lobefem.files import on_root, save_json
 from lobefem.io.design import Design
 from lobefem.io.run_folder import RunFolder
 from lobefem.io.xdmf import Snapshot
-from lobefem.stability.branches import Branch
+from lobefem.stability.branch_following import Branch
 from lobefem.stability.linear_buckling import CriticalPressure
 from lobefem.stability.modes import Modes
 from lobefem.stability.nonlinear_buckling import CriticalPoint

@@ -27,9 +27,10 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from lobefem.equilibrium.displacement_control import Increment, distort, release_start
+from lobefem.equilibrium.displacement_control import distort, release_start
 from lobefem.equilibrium.distortions import Tip
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.ramp import Increment
 from lobefem.errors import ConvergenceError, LobefemError
 from lobefem.fem.balloon import Balloon
 from lobefem.files import save_json

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
 from lobefem.errors import InputError
+from lobefem.typing import Unchecked
 
 __all__ = ["finite", "having", "integer", "integers", "numbers", "one_of", "positive"]
 
 
-def finite(name: str, value: Any, unit: str) -> float:
+def finite(name: str, value: Unchecked, unit: str) -> float:
     """A finite real number; `unit` is for the message ('' where there is none)."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise InputError(f"{name} is {value!r}; give a number{unit and f' [{unit}]'}")
@@ -26,7 +26,7 @@ def finite(name: str, value: Any, unit: str) -> float:
     return float(value)
 
 
-def positive(name: str, value: Any, unit: str) -> float:
+def positive(name: str, value: Unchecked, unit: str) -> float:
     """A finite number above zero."""
     number = finite(name, value, unit)
     if number <= 0.0:
@@ -34,7 +34,7 @@ def positive(name: str, value: Any, unit: str) -> float:
     return number
 
 
-def having(name: str, value: Any, attribute: str, what: str) -> None:
+def having(name: str, value: Unchecked, attribute: str, what: str) -> None:
     """Refuse an object of another kind, by an attribute that it lacks; `what` is to be given."""
     if not hasattr(value, attribute):
         plain = value is None or isinstance(value, (str, int, float))
@@ -42,7 +42,7 @@ def having(name: str, value: Any, attribute: str, what: str) -> None:
         raise InputError(f"{name} is {repr(value) if plain else kind}; give {what}")
 
 
-def integer(name: str, value: Any, least: int) -> int:
+def integer(name: str, value: Unchecked, least: int) -> int:
     """An integer of at least `least`; True and 3.0 are none."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
         raise InputError(f"{name} is {value!r}; give an integer, {least} or more")
@@ -51,13 +51,13 @@ def integer(name: str, value: Any, least: int) -> int:
     return int(value)
 
 
-def integers(name: str, values: Any, least: int) -> tuple[int, ...]:
+def integers(name: str, values: Unchecked, least: int) -> tuple[int, ...]:
     """Several integers of at least `least`, or a single one; `name` is that of one."""
     several = isinstance(values, Iterable) and not isinstance(values, str)
     return tuple(integer(name, value, least) for value in (values if several else (values,)))
 
 
-def numbers(name: str, values: Any, unit: str, count: int | None = None) -> tuple[float, ...]:
+def numbers(name: str, values: Unchecked, unit: str, count: int | None = None) -> tuple[float, ...]:
     """Finite numbers in a row, `count` of them."""
     row = isinstance(values, (tuple, list, range, np.ndarray)) and getattr(values, "ndim", 1) == 1
     if not row or len(values) != (count or len(values)):
@@ -66,7 +66,7 @@ def numbers(name: str, values: Any, unit: str, count: int | None = None) -> tupl
     return tuple(finite(f"a part of {name}", value, unit) for value in values)
 
 
-def one_of(name: str, value: Any, allowed: tuple[str, ...]) -> str:
+def one_of(name: str, value: Unchecked, allowed: tuple[str, ...]) -> str:
     """One of the allowed words."""
     if not isinstance(value, str) or value not in allowed:
         raise InputError(f"{name} is {value!r}; give {' or '.join(map(repr, allowed))}")

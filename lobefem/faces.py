@@ -9,8 +9,10 @@ from typing import Any
 __all__ = ["face"]
 
 
-def face(package: str, home: Mapping[str, str]) -> Callable[[str], Any]:
-    """The `__getattr__` of a package whose names lie in the modules that `home` gives.
+def face(package: str, home: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """The `__getattr__` and `__dir__` of a package whose names lie in the modules that `home` gives.
+
+    No name may be that of a module of the package: its import would put the module in the name's place.
 
     Args:
         package: the package's name.
@@ -22,4 +24,7 @@ def face(package: str, home: Mapping[str, str]) -> Callable[[str], Any]:
             return getattr(import_module(f"{package}.{home[name]}"), name)
         raise AttributeError(f"module '{package}' has no attribute '{name}'")
 
-    return __getattr__
+    def __dir__() -> list[str]:
+        return sorted(home)
+
+    return __getattr__, __dir__

@@ -14,6 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from lobefem.errors import InputError
+from lobefem.typing import Comm
 
 __all__ = [
     "check_file",
@@ -46,7 +47,7 @@ def plain(value: Any) -> Any:
     return int(value) if isinstance(value, np.integer) else value
 
 
-def save_json(path: str | Path, results: dict[str, Any], comm: Any) -> None:
+def save_json(path: str | Path, results: dict[str, Any], comm: Comm) -> None:
     """Write results as JSON, complete or not at all. Collective.
 
     Raises:
@@ -55,7 +56,7 @@ def save_json(path: str | Path, results: dict[str, Any], comm: Any) -> None:
     on_root(comm, Path(path), lambda: replace(Path(path), to_json(results)))
 
 
-def check_file(path: str | Path, comm: Any) -> None:
+def check_file(path: str | Path, comm: Comm) -> None:
     """Refuse a path at which no file can be written. Collective.
 
     Raises:
@@ -115,7 +116,7 @@ def reserve(path: Path, size: int) -> None:
         path.unlink(missing_ok=True)
 
 
-def require_everywhere(comm: Any, folder: Path) -> None:
+def require_everywhere(comm: Comm, folder: Path) -> None:
     """Refuse a folder that is not the same on all ranks: MPI writes files from each. Collective."""
     mine = folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
     lacking = [rank for rank, has in enumerate(comm.allgather(mine)) if not has]
@@ -132,7 +133,7 @@ def require_writable(folder: Path) -> None:
         raise InputError(f"'{folder}' cannot be written to; give another place")
 
 
-def on_root[T](comm: Any, path: Path, action: Callable[[], T]) -> T:
+def on_root[T](comm: Comm, path: Path, action: Callable[[], T]) -> T:
     """Do something on rank 0 and give its result, or its error, to all. Collective."""
     result, fault, bug = None, "", None
     if comm.rank == 0:
@@ -152,7 +153,7 @@ def on_root[T](comm: Any, path: Path, action: Callable[[], T]) -> T:
     return result  # type: ignore[return-value]
 
 
-def on_all[T](comm: Any, action: Callable[[], T]) -> list[T]:
+def on_all[T](comm: Comm, action: Callable[[], T]) -> list[T]:
     """Do something on each rank by itself and give all results, or a rank's error, to all. Collective."""
     result, fault = None, None
     try:

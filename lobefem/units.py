@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Any
 
+from lobefem.typing import Unchecked
+
 __all__ = [
     "FORCE",
     "LENGTH",
@@ -89,7 +91,7 @@ class Quantity:
     example: str
     factors: Mapping[str, str]
 
-    def read(self, value: Any) -> float:
+    def read(self, value: Unchecked) -> float:
         """The SI value of a number or a text.
 
         Raises:

@@ -238,7 +238,7 @@ def modes(
 
 def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
     """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
-    from lobefem.stability.branches import follow
+    from lobefem.stability.branch_following import follow
     from lobefem.stability.modes import Modes
 
     sweep = {

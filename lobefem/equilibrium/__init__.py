@@ -6,24 +6,67 @@ in `stability`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lobefem.faces import face
 from lobefem.linalg import dolfinx_compat as _dolfinx_compat  # first: it finds the stack
 
 if TYPE_CHECKING:
-    from lobefem.equilibrium.form_finding import Form, find_form
+    from lobefem.equilibrium.displacement_control import Distorted, constrain, distort, release_start
+    from lobefem.equilibrium.distortions import Bend, Distortion, Tip, Twist, Wave
+    from lobefem.equilibrium.energy_ledger import Ledger
+    from lobefem.equilibrium.form_finding import Form, find_form, row_means
+    from lobefem.equilibrium.gradient_flow import GradientFlow, Record
     from lobefem.equilibrium.inflation import inflate
-    from lobefem.equilibrium.state import Equilibrium, ideal_state
-
-__all__ = ["Equilibrium", "Form", "find_form", "ideal_state", "inflate"]
+    from lobefem.equilibrium.ramp import Increment
+    from lobefem.equilibrium.state import Equilibrium, Moment, ideal_state, record
 
 _HOME = {
+    "Bend": "distortions",
+    "Distorted": "displacement_control",
+    "Distortion": "distortions",
     "Equilibrium": "state",
     "Form": "form_finding",
+    "GradientFlow": "gradient_flow",
+    "Increment": "ramp",
+    "Ledger": "energy_ledger",
+    "Moment": "state",
+    "Record": "gradient_flow",
+    "Tip": "distortions",
+    "Twist": "distortions",
+    "Wave": "distortions",
+    "constrain": "displacement_control",
+    "distort": "displacement_control",
     "find_form": "form_finding",
     "ideal_state": "state",
     "inflate": "inflation",
+    "record": "state",
+    "release_start": "displacement_control",
+    "row_means": "form_finding",
 }
 
-__getattr__ = face(__name__, _HOME)
+__all__ = [
+    "Bend",
+    "Distorted",
+    "Distortion",
+    "Equilibrium",
+    "Form",
+    "GradientFlow",
+    "Increment",
+    "Ledger",
+    "Moment",
+    "Record",
+    "Tip",
+    "Twist",
+    "Wave",
+    "constrain",
+    "distort",
+    "find_form",
+    "ideal_state",
+    "inflate",
+    "record",
+    "release_start",
+    "row_means",
+]
+
+__getattr__, __dir__ = face(__name__, _HOME)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from lobefem.fem.prescribed_motion import (
     WaveMotion,
 )
 from lobefem.fem.rigid_plates import PlateMotion
+from lobefem.typing import Unchecked
 
 __all__ = ["Bend", "Distortion", "Tip", "Twist", "Wave", "require_distortion"]
 
@@ -60,7 +61,7 @@ class Distortion(ABC):
             raise InputError(f"{self} needs a top plate that moves; use support 'clamped' or 'pinned'")
 
 
-def require_distortion(distortion: Any) -> None:
+def require_distortion(distortion: Unchecked) -> None:
     """Refuse what is no distortion, or the class of one, with an InputError."""
     if not isinstance(distortion, Distortion):
         told = f"the class {distortion.__name__}" if isinstance(distortion, type) else repr(distortion)

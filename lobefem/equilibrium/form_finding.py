@@ -18,7 +18,7 @@ from lobefem.equilibrium.state import Equilibrium, placed_state
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.frozen import Frozen
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.natural_shape import FORMING_PRESSURE, NaturalShape, isotensoid_stiffness
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.geometry.surface import Surface
@@ -157,7 +157,9 @@ def _nearest_lobe(state: Equilibrium, steps: int, first: NaturalShape) -> tuple[
     owned = balloon.V.dofmap.index_map.size_local
     X, axis = balloon.X[:owned], balloon.axis
     x = axis.relative(X + state.displacement[:owned])
-    length = balloon.surface.shape.height
+    shape = balloon.surface.shape
+    assert shape is not None  # a cylinder
+    length, radius = shape.height, shape.edge_radius
     ring = np.rint(axis.relative(X)[:, 2] / length * steps).astype(np.int64)
     found = np.column_stack([np.hypot(x[:, 0], x[:, 1]), x[:, 2] - length / 2])
     sums = np.zeros((steps + 1, 3))
@@ -171,7 +173,7 @@ def _nearest_lobe(state: Equilibrium, steps: int, first: NaturalShape) -> tuple[
         return np.column_stack([lobe.radius(s), lobe.z(s)])
 
     def lobe_of(m: float) -> NaturalShape:
-        return NaturalShape.between_rims(balloon.surface.shape.edge_radius, length, m)
+        return NaturalShape.between_rims(radius, length, m)
 
     def misses(m: Array) -> Array:
         return (points(lobe_of(float(m[0]))) - means).ravel()

@@ -1,4 +1,4 @@
-"""Damped motion of a balloon by PETSc TS, with an energy ledger.
+"""Damped motion of a balloon by PETSc TS.
 
 c B dq/dt + r(q) = 0: damping in proportion to the mass B of unit areal density, no inertia (Abaqus's
 STABILIZE in a static step, which the paper used, adds the same forces c M v). By implicit Euler with
@@ -13,22 +13,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from lobefem.equilibrium import newton
+from lobefem.equilibrium.energy_ledger import Ledger, measure
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import middle_nodes, stiffness_scale
-from lobefem.frozen import Frozen
 from lobefem.linalg import petsc
 from lobefem.log import logger
-from lobefem.typing import Array
+from lobefem.typing import SNES, TS, Array, Mat, Vec
 
 from petsc4py import PETSc
 
-__all__ = ["GradientFlow", "Ledger", "Record", "damping_scale"]
+__all__ = ["GradientFlow", "Record", "damping_scale"]
 
 PREFIX = "lobefem_release_"
 
@@ -48,45 +48,6 @@ _FALLING = 4
 # residual of a step's solution over that of its beginning: the path is that of 1e-4 to four digits, in three
 # quarters of the iterations
 _CLOSE = 0.03
-
-
-@dataclass(frozen=True)
-class Ledger:
-    """Energy balance since an equilibrium or a start [J].
-
-    What is done on the balloon, pressure and constraint, is what strain and contact gained and damping
-    took: `closure` is the difference.
-
-    Attributes:
-        strain: gain in strain energy of film, cables and bar.
-        contact: gain in contact energy.
-        pressure: work of the gas: p times the gain in volume, less the work p A n . dd on the plates'
-            centres where the load is `film` (trapezoid over a step).
-        constraint: work of temporary constraints, in a release that of their fading forces, and of dead loads
-            on a plate.
-        damping: work that the damping took, the integral of c |dq/dt|_B^2 dt.
-        euler: the same as implicit Euler counts it, c |dq|_B^2/h a step. It lacks what the steps
-            themselves take out of the motion; no part of the balance.
-    """
-
-    strain: float = 0.0
-    contact: float = 0.0
-    pressure: float = 0.0
-    constraint: float = 0.0
-    damping: float = 0.0
-    euler: float = 0.0
-
-    @property
-    def closure(self) -> float:
-        """Error of the energy balance [J]."""
-        return self.pressure + self.constraint - self.strain - self.contact - self.damping
-
-    @property
-    def error(self) -> float:
-        """|closure| over the largest term."""
-        terms = (self.strain, self.contact, self.pressure, self.constraint, self.damping)
-        largest = max(map(abs, terms))
-        return abs(self.closure) / largest if largest else 0.0
 
 
 @dataclass(frozen=True)
@@ -166,7 +127,7 @@ class GradientFlow:
     def __init__(
         self,
         balloon: Balloon,
-        q: Any,
+        q: Vec,
         *,
         damping: float,
         tolerance: float,
@@ -227,7 +188,7 @@ class GradientFlow:
 
     # --- the equation ---------------------------------------------------------------------------
 
-    def _function(self, ts: Any, t: float, x: Any, xdot: Any, f: Any) -> None:
+    def _function(self, ts: TS, t: float, x: Vec, xdot: Vec, f: Vec) -> None:
         self.balloon.residual(x, f)
         self._mass.mult(xdot, self._work)
         f.axpy(self.damping, self._work)
@@ -238,7 +199,7 @@ class GradientFlow:
         """Remaining share, at a time, of the forces that held the start."""
         return max(1.0 - time / self.fade, 0.0) if self.fade is not None else 0.0
 
-    def _tangent(self, ts: Any, t: float, x: Any, xdot: Any, shift: float, J: Any, P: Any) -> None:
+    def _tangent(self, ts: TS, t: float, x: Vec, xdot: Vec, shift: float, J: Mat, P: Mat) -> None:
         self._shift = shift
         if ts.getSNES().getIterationNumber() == 0:
             self._begin.copy(self._last)
@@ -247,7 +208,7 @@ class GradientFlow:
         newton.follow_pattern(ts.getSNES(), self.balloon)
         K.axpy(self.damping * shift, self._mass, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
 
-    def _converged(self, snes: Any, its: int, norms: tuple[float, float, float]) -> int | None:
+    def _converged(self, snes: SNES, its: int, norms: tuple[float, float, float]) -> int | None:
         """SNES's test; a solution that lies higher in energy than the step's beginning is refused.
 
         Whole Newton steps can end at film turned inside out. An accepted step has lowered
@@ -336,9 +297,9 @@ class GradientFlow:
             self._force.copy(self._held)
             self._force.set(0.0)
         self._force.scale(-1.0)  # of the damping, as it will be at once
-        self._state = self._measure(self.q)
+        self._state = measure(self.balloon, self.q)
 
-    def _begin_at(self, q: Any) -> None:
+    def _begin_at(self, q: Vec) -> None:
         """Take q as the beginning of a step, with its mass and its energy."""
         q.copy(self._begin)
         if self._mass is None or self.balloon.map.num_parameters:
@@ -349,14 +310,14 @@ class GradientFlow:
         self.balloon.freeze_plates(q)
         self._energy = self.balloon.energy(q)[0]
 
-    def _before(self, ts: Any) -> None:
+    def _before(self, ts: TS) -> None:
         self._begin_at(ts.getSolution())
         self._failures = ts.getSNESFailures()
 
-    def _after(self, ts: Any) -> None:
+    def _after(self, ts: TS) -> None:
         """Balance and record an accepted step."""
         x = ts.getSolution()
-        old, state = self._state, self._measure(x)
+        old, state = self._state, measure(self.balloon, x)
         x.copy(self._change)
         self._change.axpy(-1.0, self._begin)
         self._mass.mult(self._change, self._work)
@@ -384,51 +345,12 @@ class GradientFlow:
             self._earlier = redo.iterations - ts.getSNESIterations()
             ts.setTimeStep(redo.next_step)
         else:
-            ledger = replace(
-                self.ledger,
-                strain=self.ledger.strain + state.strain - old.strain,
-                contact=self.ledger.contact + state.contact - old.contact,
-                pressure=self.ledger.pressure + self._work_of_gas(old, state),
-                constraint=self.ledger.constraint + held + state.dead - old.dead,
-                damping=self.ledger.damping + damping,
-                euler=self.ledger.euler + euler,
-            )
+            ledger = self.ledger.after(self.balloon, old, state, held=held, damping=damping, euler=euler)
             self._record(self.history[-1].number + 1, ts.getTime(), 1 / self._shift, ts.getTimeStep(), ledger)
         if stuck:
             ts.setConvergedReason(PETSc.TS.ConvergedReason.DIVERGED_STEP_REJECTED)
         elif self.history[-1].relative_residual <= self.settled and not self._share(ts.getTime()):
             ts.setConvergedReason(PETSc.TS.ConvergedReason.CONVERGED_USER)
-
-    def _work_of_gas(self, old: _State, new: _State) -> float:
-        """Work of the gas over a step, the force on the plates' centres by the trapezoid rule [J]."""
-        volume = new.volume - old.volume
-        if self.balloon.load.convention == "film":
-            volume -= float(((old.areas + new.areas) / 2 * (new.centres - old.centres)).sum())
-        return float(self.balloon.pressure.value) * volume
-
-    def _measure(self, q: Any) -> _State:
-        """Energies, volume and what moves at q. Collective."""
-        balloon = self.balloon
-        balloon.freeze_plates(q)
-        energy, size = balloon.energy(q)
-        strain, volume = balloon.strain_energy(), balloon.volume()
-        assert strain is not None  # `release` refuses film without an energy
-        areas: Array = np.zeros((2, 3))
-        centres: Array = np.zeros((2, 3))
-        dead = 0.0
-        if balloon.motion is not None:
-            w = balloon.map.plate_parameters(balloon.map.parameters(q))[0][:12]  # without a guide's seams
-            areas, centres = balloon.motion.turned_area_vectors(w), w.reshape(2, 6)[:, :3]
-        if balloon.plate_forces is not None:
-            dead = balloon.plate_forces.dead_work(w)
-        gained = volume - balloon.reference_volume
-        if balloon.load.convention == "film":
-            gained -= float((areas * centres).sum())
-        # what else has an energy, contact: as far as it stands out of the round-off of the others
-        pressure = float(balloon.pressure.value)
-        contact = energy - strain + pressure * gained + dead
-        noise = 1e-12 * (size + abs(pressure) * volume)
-        return _State(volume, strain, contact if abs(contact) > noise else 0.0, areas, centres, dead)
 
     def _record(self, number: int, time: float, step: float, next_step: float, ledger: Ledger) -> None:
         self.ledger, state, balloon = ledger, self._state, self.balloon
@@ -465,15 +387,3 @@ class GradientFlow:
             self._stiffness, self._lengths,
         ):  # fmt: skip
             v.destroy()
-
-
-@dataclass(frozen=True)
-class _State(Frozen):
-    """The reference of a step's energies."""
-
-    volume: float
-    strain: float
-    contact: float
-    areas: Array
-    centres: Array
-    dead: float

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry import grid
 from lobefem.geometry.stacks import coarser
-from lobefem.typing import Array, Integers
+from lobefem.typing import Array, Integers, Vec
 
 from petsc4py import PETSc
 
@@ -50,7 +50,7 @@ def coarser_balloon(balloon: Balloon) -> Balloon | None:
     return balloon.remeshed(surface) if surface is not None else None
 
 
-def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
+def interpolate(coarse: Balloon, q: Vec, balloon: Balloon) -> Any:
     """The unknowns of a balloon from those of `coarser_balloon`. Collective.
 
     Displacements between the coarse nodes are cubic in the radial, hoop and axial components, lobe by
@@ -65,7 +65,7 @@ def interpolate(coarse: Balloon, q: Any, balloon: Balloon) -> Any:
     coarse.set_unknowns(q)
     row, column, around = _places(coarse)
     fine_row, fine_column, _ = _places(balloon)
-    cells = coarse.order * coarse.surface.divisions[0]
+    cells = coarse.order * _divisions(coarse)[0]
     rows, row_weights = _within_lobe(fine_row, cells)
     columns, column_weights = _around(fine_column, around)
     at = (rows[:, :, None] * around + columns[:, None, :]).reshape(-1, 16)
@@ -112,19 +112,28 @@ def _collect(coarse: Balloon, places: Integers, needed: Integers, count: int) ->
     return found.array_r.reshape(-1, 3)
 
 
+def _divisions(balloon: Balloon) -> tuple[int, int]:
+    """Divisions of the grid."""
+    divisions = balloon.surface.divisions
+    assert divisions is not None  # of a surface that has a coarser one
+    return divisions
+
+
 def _heights(balloon: Balloon) -> Array:
     """Heights of the grid's rows [m]."""
     surface = balloon.surface
-    along = balloon.order * surface.divisions[0]
-    t = surface.shape.arc_length / along * np.arange(surface.num_lobes * along + 1)
-    return grid.place(surface.shape, surface.num_lobes, t, np.zeros_like(t))[:, 2]
+    along = balloon.order * _divisions(balloon)[0]
+    shape = surface.shape
+    assert shape is not None  # of a surface that has a coarser one
+    t = np.asarray(shape.arc_length / along * np.arange(surface.num_lobes * along + 1), dtype=np.float64)
+    return grid.place(shape, surface.num_lobes, t, np.zeros_like(t))[:, 2]
 
 
 def _places(balloon: Balloon) -> tuple[Integers, Integers, int]:
     """Row and column in the grid of each node that this rank owns, and the grid's columns."""
     heights = _heights(balloon)
     angle, height, _, _ = balloon.axis.cylindrical(balloon.X[: balloon.map.owned // 3])
-    around = balloon.order * balloon.surface.divisions[1]
+    around = balloon.order * _divisions(balloon)[1]
     row = np.searchsorted((heights[1:] + heights[:-1]) / 2, height)
     column = np.rint(angle * around / (2 * np.pi)).astype(np.int64) % around
     return row, column, around

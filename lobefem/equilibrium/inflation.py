@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from lobefem.log import logger
 from lobefem.model.film import require_pressure
 from lobefem.profiling import timed
 from lobefem.progress import said
+from lobefem.typing import Vec
 
 __all__ = ["inflate"]
 
@@ -88,7 +89,7 @@ def inflate(
         )
     path = balloon.load_path
     if start is None and path is not None and path.balloon.map.size == balloon.map.size:
-        start = path
+        start = cast(Equilibrium, path)
     q = start.vector() if start is not None else _drawn_along(balloon)
     _check_start(balloon, q, start)
     guess = None
@@ -146,14 +147,14 @@ def _tell(
     share: float = 0.0,
 ) -> None:
     """Say how a solve ended, and what share of the work is done."""
-    on = " on {}x{}".format(*coarse.surface.divisions) if coarse is not None else ""
+    on = f" on {'x'.join(map(str, coarse.surface.divisions or ()))}" if coarse is not None else ""
     say = f"inflate {pressure:.6g} Pa{on}: {REASONS[reason]} after {count} iterations, |r| = {norm:.2e}"
     logger.info(say)
     if progress is not None:
         progress(said(say, share))
 
 
-def _check_start(balloon: Balloon, q: Any, start: Equilibrium | None) -> None:
+def _check_start(balloon: Balloon, q: Vec, start: Equilibrium | None) -> None:
     """Refuse a film that intersects itself: contact keeps it free of that, and cannot undo it."""
     if balloon.contact is None:
         return
@@ -185,7 +186,7 @@ def _drawn_along(balloon: Balloon) -> Any:
 def _step(
     balloon: Balloon,
     solver: Newton,
-    q: Any,
+    q: Vec,
     start: Equilibrium | None,
     end: float,
     prestress: float,

@@ -9,7 +9,7 @@ import numpy as np
 
 from lobefem.fem.balloon import Balloon
 from lobefem.linalg import petsc
-from lobefem.typing import Array
+from lobefem.typing import SNES, Array, Vec
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -83,7 +83,7 @@ def lengths(balloon: Balloon) -> Any:
     return found
 
 
-def too_far(balloon: Balloon, step: Any) -> bool:
+def too_far(balloon: Balloon, step: Vec) -> bool:
     """True if a step of the unknowns is no sensible one: with a motion beyond a `lever`. Collective."""
     scaled = lengths(balloon)
     scaled.pointwiseMult(scaled, step)
@@ -124,7 +124,7 @@ class EnergySearch:
         self._kept: Any = None  # where the step with a kept tangent starts
         self._known: tuple[Array, tuple[float, float]] | None = None  # the last energy, and where
 
-    def assemble(self, x: Any, before: Any = None) -> Any:
+    def assemble(self, x: Vec, before: Vec | None = None) -> Any:
         """The tangent at x, which `tangent` need not assemble again there. Collective.
 
         Args:
@@ -136,7 +136,7 @@ class EnergySearch:
         self._tangent_at = self._place(x)
         return K
 
-    def tangent(self, snes: Any, x: Any, last: Any = None) -> None:
+    def tangent(self, snes: SNES, x: Vec, last: Vec | None = None) -> None:
         """Bring the tangent, from where a new line search starts, up to date at x. Collective.
 
         It stays as it is, and so does its factorisation, on a large mesh where the residual falls so
@@ -166,7 +166,7 @@ class EnergySearch:
             self.assemble(x)
         follow_pattern(snes, self.balloon)
 
-    def __call__(self, snes: Any, x: Any) -> float:
+    def __call__(self, snes: SNES, x: Vec) -> float:
         """The objective at x. Collective."""
         if self._kept is not None:
             step = x - self._kept
@@ -185,15 +185,15 @@ class EnergySearch:
             self._base = energy
         return self._base if abs(energy - self._base) <= 1e-12 * size else energy
 
-    def _place(self, x: Any) -> Array:
+    def _place(self, x: Vec) -> Array:
         return np.append(x.array_r, (self.balloon.pressure.value, self.balloon.prestress.value))
 
-    def _same(self, place: Array | None, x: Any) -> bool:
+    def _same(self, place: Array | None, x: Vec) -> bool:
         """True if a place is x under the present loads. Collective."""
         same = place is not None and np.array_equal(place, self._place(x))
         return bool(self.balloon.comm.allreduce(same, op=MPI.LAND))
 
-    def converged(self, snes: Any, iteration: int, norms: tuple[float, float, float]) -> Any:
+    def converged(self, snes: SNES, iteration: int, norms: tuple[float, float, float]) -> Any:
         """True if the residual is below the tolerance, or below what it can resolve. Collective."""
         why: Any = PETSc.SNES.ConvergedReason
         if not math.isfinite(norms[2]):
@@ -209,7 +209,7 @@ class EnergySearch:
         return why.CONVERGED_FNORM_ABS if norms[2] <= max(atol, floor) else why.CONVERGED_ITERATING
 
 
-def round_off(stiffness: Any, q: Any) -> float:
+def round_off(stiffness: Vec, q: Vec) -> float:
     """The residual that the last digit of the unknowns makes [N, N m]. Collective.
 
     A hoop of 5e9 N/m an edge turns the rounding of a displacement of 0.3 m into 1e-7 N.
@@ -225,7 +225,7 @@ def round_off(stiffness: Any, q: Any) -> float:
     return float(floor)
 
 
-def has_symmetric_load(balloon: Balloon, q: Any) -> bool:
+def has_symmetric_load(balloon: Balloon, q: Vec) -> bool:
     """True if the tangents at q are symmetric as far as it is up to load and film. Collective.
 
     A film whose stress is no energy's gradient has no symmetric tangent under any load.
@@ -233,7 +233,7 @@ def has_symmetric_load(balloon: Balloon, q: Any) -> bool:
     return balloon.forms.has_energy and has_symmetric_stiffness(balloon, q)
 
 
-def has_symmetric_stiffness(balloon: Balloon, q: Any) -> bool:
+def has_symmetric_stiffness(balloon: Balloon, q: Vec) -> bool:
     """True if the load's stiffness is symmetric at q, by assembled tangents. Collective.
 
     `closed` pressure has a potential; `film` pressure has none where an edge of the film moves. Assembles
@@ -265,7 +265,7 @@ def revealing_pressure(balloon: Balloon, stiffness: float) -> float:
     return max(1.0, stiffness / math.sqrt(balloon.reference_area))
 
 
-def follow_pattern(snes: Any, balloon: Balloon) -> None:
+def follow_pattern(snes: SNES, balloon: Balloon) -> None:
     """Factorise anew from the symbolic part on where contact changed the tangent's pattern. Collective."""
     if balloon.contact is not None and balloon.contact.new_pattern:
         # PETSc does not always see that a pattern was replaced by another one
@@ -289,14 +289,14 @@ class Separation:
     """
 
     def __init__(
-        self, snes: Any, balloon: Balloon, residual: Any, downhill: bool, limited: bool = False
+        self, snes: SNES, balloon: Balloon, residual: Vec, downhill: bool, limited: bool = False
     ) -> None:
         self.share = 1.0
         self._balloon, self._residual, self._downhill, self._limited = balloon, residual, downhill, limited
         if balloon.contact is not None or limited:
             snes.setLineSearchPreCheck(self._shorten)
 
-    def _shorten(self, x: Any, step: Any) -> bool:
+    def _shorten(self, x: Vec, step: Vec) -> bool:
         """Change Newton's step, x - step; whether it was."""
         uphill = self._downhill and self._residual.dot(step) < 0
         if not uphill:
@@ -307,7 +307,7 @@ class Separation:
         return uphill or self.share < 1
 
 
-def set_up(snes: Any, search: EnergySearch, symmetric: bool, line_search: str = "bt") -> None:
+def set_up(snes: SNES, search: EnergySearch, symmetric: bool, line_search: str = "bt") -> None:
     """Newton's method with one factorisation a step, and with the energy search where there is one.
 
     Args:
@@ -351,7 +351,7 @@ class Newton:
     def __init__(
         self,
         balloon: Balloon,
-        q: Any,
+        q: Vec,
         rtol: float,
         max_iterations: int,
         prefix: str,
@@ -379,7 +379,7 @@ class Newton:
                 PETSc.NullSpace().create(vectors=balloon.map.rigid_motions(x), comm=balloon.comm)
             )
 
-    def solve(self, q: Any) -> tuple[int, int]:
+    def solve(self, q: Vec) -> tuple[int, int]:
         """Solve from q in place; returns SNES's converged reason and iterations. Collective."""
         scale = self.balloon.load_norm(q)
         self.balloon.residual(q, self._r)
@@ -401,7 +401,7 @@ class Newton:
             self._last.destroy()
 
 
-def free_share(balloon: Balloon, q: Any, step: Any) -> float:
+def free_share(balloon: Balloon, q: Vec, step: Vec) -> float:
     """Share (0, 1] of a step from q that the film can go without touching itself. Collective.
 
     Nodes are taken to move straight; on a plate that turns they do so to first order.

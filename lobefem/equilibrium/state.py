@@ -16,7 +16,7 @@ from lobefem.frozen import Frozen
 from lobefem.geometry import gather
 from lobefem.linalg import petsc
 from lobefem.model.film import require_pressure
-from lobefem.typing import Array
+from lobefem.typing import Array, Vec
 
 from dolfinx import fem
 
@@ -192,7 +192,7 @@ def placed_state(balloon: Balloon, displacement: Array) -> Equilibrium:
 
 def record(
     balloon: Balloon,
-    q: Any,
+    q: Vec,
     converged: bool,
     reason: str,
     iterations: int,

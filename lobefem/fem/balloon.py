@@ -18,16 +18,19 @@ from lobefem import checks
 from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
 from lobefem.fem.boundary_conditions import axis_terms, constraint_map, edge_nodes, plate_motion
+from lobefem.fem.constraint_map import ConstraintMap
 from lobefem.fem.contact_potential import Contact
+from lobefem.fem.film_assembly import FilmAssembly
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
-from lobefem.fem.weak_forms import WeakForms, check_load_path
+from lobefem.fem.weak_forms import LoadPath, WeakForms, check_load_path
 from lobefem.frozen import OnMesh
 from lobefem.geometry.meridian import Lobe
+from lobefem.geometry.surface import Surface
 from lobefem.geometry.surface_checks import examine
 from lobefem.linalg import dolfinx_compat, petsc
-from lobefem.linalg.assembly import NodalMatrix, NodalVector, integral, together, total, totals
+from lobefem.linalg.assembly import integral, together, totals
 from lobefem.model.components import Components, row
 from lobefem.model.end_plates import PlateLoad
 from lobefem.model.film import Film, require_film
@@ -35,7 +38,7 @@ from lobefem.model.gas_pressure import film_volume
 from lobefem.model.kinematics import Frame, revolved_frame
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
-from lobefem.typing import Array
+from lobefem.typing import Array, Expr, Vec
 
 import basix.ufl
 import ufl
@@ -71,6 +74,8 @@ class Balloon(OnMesh, Summarized):
         axis: where the surface stands, see `lobefem.geometry.surface.Surface`.
         x, direction: of a point of the film from the axis's origin, and the axis, in UFL.
         map: from the unknowns q to u.
+        w: displacements [m] and rotations of the two plates as this balloon set them last (12,).
+        assembly: vectors and matrices of the film, shared with the same balloon under another map.
         reference_area, reference_volume: of the surface at rest [m^2, m^3].
 
     Raises:
@@ -82,17 +87,17 @@ class Balloon(OnMesh, Summarized):
     @timed("set-up")
     def __init__(
         self,
-        surface: Any,
+        surface: Surface,
         film: Film,
         components: Sequence[Any] = (),
         *,
         prestressed: bool = False,
         hoop_slack: float = 0.0,
-        load_path: Any = None,
+        load_path: LoadPath | None = None,
         frame: Frame | None = None,
         quadrature_degree: int | None = None,
-        pattern: Any = None,
-        layers: Any = None,
+        pattern: Expr | None = None,
+        layers: Expr | None = None,
     ) -> None:
         checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
         require_film(film)
@@ -149,18 +154,19 @@ class Balloon(OnMesh, Summarized):
         self.free: Balloon | None = None
         tied = axis if surface.copies > 1 else None
         self.map = constraint_map(self.V, self.X, surface, self.fixed, self.motion, tied=tied)
+        self.w, _, _ = self.map.plate_parameters(np.zeros(self.map.num_parameters))
         self.contact = (
             self._self_contact(sorted_components.contact) if sorted_components.contact is not None else None
         )
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
+        self.assembly = FilmAssembly(self.forms, self.pressure, self.prestress, self.contact)
         self._tangents: dict[int, Reduction | Product] = {}
-        self._residual_at: dict[str, Array] = {}  # shared with the balloon under a guide, as the vector is
         wanted = self.forms.area_of_film * fem.Constant(self.mesh, 1.0), film_volume(self.x, self.frame)
         form = together(self.mesh, *((f, self.forms.dx) for f in wanted))
         self.reference_area, self.reference_volume = map(float, totals(self.mesh, form))
         self.reference_volume += self.motion.volume if self.motion else 0.0
 
-    def remeshed(self, surface: Any) -> Balloon:
+    def remeshed(self, surface: Surface) -> Balloon:
         """The same film and parts on another surface. Collective.
 
         Raises:
@@ -175,7 +181,7 @@ class Balloon(OnMesh, Summarized):
 
     def with_changes(self, **changes: Any) -> Balloon:
         """The balloon of the same arguments but for those given, by their names. Collective."""
-        arguments = {
+        arguments: dict[str, Any] = {
             "surface": self.surface,
             "film": self.film,
             "components": self.components,
@@ -194,27 +200,27 @@ class Balloon(OnMesh, Summarized):
 
         The two share their displacement and loads; `Equilibrium.restore` puts in those of a state.
         """
-        constrained = copy(self)
-        petsc.watch(constrained, self.mesh)
-        constrained._residual_vector, constrained._full_tangent = self._residual_vector, self._full_tangent
-        constrained.map = constraint_map(self.V, self.X, self.surface, self.fixed, self.motion, prescribed)
-        constrained.plate_forces, constrained._tangents, constrained.free = copy(self.plate_forces), {}, self
+        maps = constraint_map(self.V, self.X, self.surface, self.fixed, self.motion, prescribed)
+        constrained = self._under(maps)
+        constrained.free = self
         return constrained
 
     def untied(self) -> Balloon:
         """This sector with the nodes of both its cuts free, for motions of any harmonic. Collective."""
         if not self.map.tied:
             return self
-        loose = copy(self)
-        petsc.watch(loose, self.mesh)
-        loose._residual_vector, loose._full_tangent = self._residual_vector, self._full_tangent
-        loose.map = constraint_map(self.V, self.X, self.surface, self.fixed, self.motion)
-        loose.plate_forces, loose._tangents = copy(self.plate_forces), {}
-        return loose
+        return self._under(constraint_map(self.V, self.X, self.surface, self.fixed, self.motion))
+
+    def _under(self, constraints: ConstraintMap) -> Balloon:
+        """This balloon under another map: displacement, loads and `assembly` are those of both."""
+        other = copy(self)
+        petsc.watch(other, self.mesh)
+        other.map, other.plate_forces, other._tangents = constraints, copy(self.plate_forces), {}
+        return other
 
     def unknowns_of(self, other: Balloon) -> Any:
         """The q with the displacement in which `other`, the same film with another map, is. Collective."""
-        return self.map.unknowns(other.u, other._w)
+        return self.map.unknowns(other.u, other.w)
 
     def _summary(self) -> Summary:
         film, plates, surface = self.film, self.plates, self.surface
@@ -250,7 +256,7 @@ class Balloon(OnMesh, Summarized):
     def _plate_forces(self, load: PlateLoad | None) -> PlateForces | None:
         if self.motion is not None:
             # of a sector its share, as its rims' areas and the bar are
-            excess = self.surface.shape.axial_excess / self.surface.copies if self.prestressed else None
+            excess = self.surface.lobe.axial_excess / self.surface.copies if self.prestressed else None
             closed = self.load.convention == "closed"
             loads = (closed, self.pressure, self.prestress)
             return PlateForces(self.motion, load, *loads, excess, self.load.gradient, self.gas_level)
@@ -267,17 +273,9 @@ class Balloon(OnMesh, Summarized):
         """Node indices, owned and ghosts, of an edge group. Collective."""
         return edge_nodes(self.V, self.surface, group)
 
-    @cached_property
-    def _residual_vector(self) -> NodalVector:
-        return NodalVector(self.forms.residual)
-
-    @cached_property
-    def _full_tangent(self) -> NodalMatrix:
-        return NodalMatrix(self.forms.tangent)
-
     # --- what a solver asks for -----------------------------------------------------------------
 
-    def integrate(self, expression: Any) -> float:
+    def integrate(self, expression: Expr) -> float:
         """The integral of a UFL expression with its measure, over all ranks. Collective."""
         return integral(self.mesh, expression)
 
@@ -287,21 +285,21 @@ class Balloon(OnMesh, Summarized):
 
     def volume(self) -> float:
         """Volume enclosed by film and plates [m^3] in the present displacement. Collective."""
-        change = total(self.mesh, self.forms.volume)
-        change += self.plate_forces.volume(self._w) if self.plate_forces else 0.0
+        change = self.assembly.volume()
+        change += self.plate_forces.volume(self.w) if self.plate_forces else 0.0
         return self.reference_volume + change
 
-    def set_unknowns(self, q: Any) -> None:
+    def set_unknowns(self, q: Vec) -> None:
         """Put the displacement of q into `u`. Collective."""
-        self._w, _, _ = self.map.displace(q, self.u)
+        self.w, _, _ = self.map.displace(q, self.u)
 
-    def load_norm(self, q: Any) -> float:
+    def load_norm(self, q: Vec) -> float:
         """Norm of the pressure's reduced nodal forces p dV/dq at q [N, N m]. Collective."""
         self.set_unknowns(q)
-        g = NodalVector(self.forms.load).assemble(self.forms.load)
+        g = self.assembly.load()
         out = self.map.create_vector()
         _, dw, _ = self.map.plate_parameters(self.map.parameters(q))
-        self.map.reduce(g, self.map.plate_forces(g, self._w)[0], dw, out)
+        self.map.reduce(g, self.map.plate_forces(g, self.w)[0], dw, out)
         return abs(float(self.pressure.value)) * out.norm()
 
     def bar_force(self) -> float | None:
@@ -309,16 +307,16 @@ class Balloon(OnMesh, Summarized):
         motion, forces = self.map.motion, self.plate_forces
         if motion is None or forces is None:
             return None
-        return motion.bar_force(self._w, forces.top_force, forces.bar_built_in)
+        return motion.bar_force(self.w, forces.top_force, forces.bar_built_in)
 
-    def freeze_plates(self, q: Any) -> None:
+    def freeze_plates(self, q: Vec) -> None:
         """Keep the plates' area vectors at q for the energies that follow. Collective."""
         if self.plate_forces is not None:
             w, _, _ = self.map.plate_parameters(self.map.parameters(q))
             self.plate_forces.freeze(w)
 
     @timed("energy")
-    def energy(self, q: Any) -> tuple[float, float]:
+    def energy(self, q: Vec) -> tuple[float, float]:
         """Potential energy at q [J]: of strain, -p (V - V of the reference shape), dead load. Collective.
 
         With a `SelfContact` the barrier's energy is added: infinite where the film intersects itself.
@@ -336,22 +334,17 @@ class Balloon(OnMesh, Summarized):
         if not self.film.has_energy:
             raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
         self.set_unknowns(q)
-        elastic = total(self.mesh, self.forms.elastic)
-        volume = total(self.mesh, self.forms.volume)
-        dead_work = 0.0
+        elastic, volume, dead_work = self.assembly.elastic(), self.assembly.volume(), 0.0
         if self.plate_forces is not None:
-            elastic += self.plate_forces.bar_energy(self._w)
-            volume += self.plate_forces.volume(self._w)
-            volume -= self.plate_forces.centre_volume(self._w)
-            dead_work = self.plate_forces.dead_work(self._w)
+            elastic += self.plate_forces.bar_energy(self.w)
+            volume += self.plate_forces.volume(self.w)
+            volume -= self.plate_forces.centre_volume(self.w)
+            dead_work = self.plate_forces.dead_work(self.w)
         work = float(self.pressure.value) * volume + dead_work
-        if self.forms.moment is not None:
-            work += total(self.mesh, self.forms.moment)
-            work += self.plate_forces.moment_work(self._w) if self.plate_forces is not None else 0.0
-        if self.forms.raised is not None:
-            work -= total(self.mesh, self.forms.raised)
-        barrier = self.contact.energy(self.u) if self.contact is not None else 0.0
-        return elastic - work + barrier, abs(elastic) + abs(work)
+        work += self.assembly.moment()
+        work += self.plate_forces.moment_work(self.w) if self.plate_forces is not None else 0.0
+        work -= self.assembly.raised()
+        return elastic - work + self.assembly.barrier(), abs(elastic) + abs(work)
 
     def strain_energy(self) -> float | None:
         """Strain energy of film, cables and bar [J] in the present displacement. Collective.
@@ -360,48 +353,35 @@ class Balloon(OnMesh, Summarized):
         """
         if not self.forms.has_energy:
             return None
-        bar = self.plate_forces.bar_energy(self._w) if self.plate_forces else 0.0
-        return total(self.mesh, self.forms.elastic) + bar
+        bar = self.plate_forces.bar_energy(self.w) if self.plate_forces else 0.0
+        return self.assembly.elastic() + bar
 
     def _plate_terms(self, nodal: Array) -> tuple[Array, Array]:
         """Gradient and Hessian in w of all that acts on the plates, and on a guide's seams."""
-        gradient, hessian = self.map.plate_forces(nodal, self._w)
+        gradient, hessian = self.map.plate_forces(nodal, self.w)
         if self.plate_forces is not None:
-            self.plate_forces.add_to(gradient, hessian, self._w)
+            self.plate_forces.add_to(gradient, hessian, self.w)
         return gradient, hessian
 
-    def _assemble_residual(self) -> Array:
-        """The nodal residual at `u`, kept for the tangent that is asked for next. Collective."""
-        key = np.append(self.u.x.array, (self.pressure.value, self.prestress.value))
-        kept = self._residual_at.get("key")
-        if self.comm.allreduce(kept is not None and np.array_equal(kept, key), op=MPI.LAND):
-            return self._residual_vector.array
-        self._residual_at.clear()
-        r = self._residual_vector.assemble(self.forms.residual)
-        if self.contact is not None:
-            r += self.contact.gradient(self.u)
-        self._residual_at["key"] = key
-        return r
-
     @timed("residual")
-    def residual(self, q: Any, out: Any) -> None:
+    def residual(self, q: Vec, out: Vec) -> None:
         """Write the reduced residual at q [N, N m] into `out`. Collective."""
-        self._w, dw, _ = self.map.displace(q, self.u)
-        r = self._assemble_residual()
+        self.w, dw, _ = self.map.displace(q, self.u)
+        r = self.assembly.residual()
         gradient, _ = self._plate_terms(r)
         self.map.reduce(r, gradient, dw, out)
 
-    def reaction(self, q: Any) -> float:
+    def reaction(self, q: Vec) -> float:
         """The force conjugate to the guide's parameter at q, 0 without a guide [N or N m]. Collective."""
         self.set_unknowns(q)
-        r = self._assemble_residual()
+        r = self.assembly.residual()
         gradient, _ = self._plate_terms(r)
         if self.prescribed is None:
             return 0.0
         return float(gradient @ self.prescribed.rate(self.map.parameters(q))) + self.map.push_force(r)
 
     @timed("tangent")
-    def tangent(self, q: Any, slot: int = 0, *, iteration: bool = False, before: Any = None) -> Any:
+    def tangent(self, q: Vec, slot: int = 0, *, iteration: bool = False, before: Vec | None = None) -> Any:
         """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
 
         Args:
@@ -411,63 +391,51 @@ class Balloon(OnMesh, Summarized):
             before: the unknowns before the last Newton step, for a matrix with the stress that is
                 linear in that step (`WeakForms.predicted`); with `iteration` only.
         """
-        form = self.forms.iteration if iteration else self.forms.tangent
+        increment = self.forms.increment
         if before is not None:
-            form, increment = self.forms.predicted, self.forms.increment
             self.map.displace(before, increment)
-        self._w, dw, d2w = self.map.displace(q, self.u)
+        self.w, dw, d2w = self.map.displace(q, self.u)
         if before is not None:
             increment.x.array[:] = self.u.x.array - increment.x.array
-        K = self._full_tangent
-        K.assemble(form)
+        K = self.assembly.tangent(iteration=iteration, predicted=before is not None)
         if slot not in self._tangents:
             self._tangents[slot] = reduction(K, self.map)
-        block = self._parameter_block(dw, d2w) if self.map.num_parameters else None
-        reduced = self._tangents[slot].fill(K, self._w, dw, block)
+        block = self.parameter_block(dw, d2w) if self.map.num_parameters else None
+        reduced = self._tangents[slot].fill(K, self.w, dw, block)
         if self.contact is not None:
-            return self.contact.add_hessian(reduced, self.map.jacobian(self._w, dw), self.u, slot)
+            return self.contact.add_hessian(reduced, self.map.jacobian(self.w, dw), self.u, slot)
         return reduced
 
-    def second_variation(self, q: Any, dv: Any, dq: Any) -> float:
+    def second_variation(self, q: Vec, dv: Vec, dq: Vec) -> float:
         """The second variation dv . K(q) dq, integrated over the film without assembling K [J]. Collective.
 
         Stiff hoops put entries of 1e9 N/m into K; their round-off alone moves the softest
         eigenvalues in the eighth digit. The integral forms strains first and keeps all of them.
         """
-        self._w, dw, d2w = self.map.displace(q, self.u)
-        J = self.map.jacobian(self._w, dw)
+        self.w, dw, d2w = self.map.displace(q, self.u)
+        J = self.map.jacobian(self.w, dw)
         for target, direction in ((self.forms.directions[0], dv), (self.forms.directions[1], dq)):
             J.mult(direction, target.x.petsc_vec)
             target.x.scatter_forward()
-        value = total(self.mesh, self.forms.second_variation)
-        if self.contact is not None:
-            value += self.contact.second_variation(
-                self.u, *(direction.x.petsc_vec for direction in self.forms.directions)
-            )
+        value = self.assembly.second_variation()
         if self.map.num_parameters:
             a, b = self.map.parameters(dv), self.map.parameters(dq)
-            value += float(a @ self._parameter_block(dw, d2w) @ b)
+            value += float(a @ self.parameter_block(dw, d2w) @ b)
         return value
 
-    def _parameter_block(self, dw: Array, d2w: Array) -> Array:
+    def parameter_block(self, dw: Array, d2w: Array) -> Array:
         """The part of the tangent on the plates' parameters alone.
 
         That is the curvature of the map and all that has its energy in w.
         """
-        gradient, hessian = self._plate_terms(self._assemble_residual())
+        gradient, hessian = self._plate_terms(self.assembly.residual())
         return dw.T @ hessian @ dw + np.einsum("w,wab->ab", gradient, d2w)
-
-    @cached_property
-    def _mass(self) -> NodalMatrix:
-        mass = NodalMatrix(self.forms.mass)
-        mass.assemble(self.forms.mass)
-        return mass
 
     def mass_matrix(self) -> Any:
         """Consistent mass of unit areal density on all nodal displacements [m^2]. Collective."""
-        return self._mass.whole()
+        return self.assembly.mass.whole()
 
-    def mass(self, q: Any, kind: str = "unit") -> Any:
+    def mass(self, q: Vec, kind: str = "unit") -> Any:
         """B of the eigenproblem in q: J^T M J or J^T J with the map's Jacobian at q. Collective.
 
         Args:
@@ -479,4 +447,4 @@ class Balloon(OnMesh, Summarized):
         if kind == "nodal":
             J = self.map.jacobian(w, dw)
             return J.transposeMatMult(J)
-        return reduction(self._mass, self.map).fill(self._mass, w, dw)
+        return reduction(self.assembly.mass, self.map).fill(self.assembly.mass, w, dw)

@@ -15,9 +15,11 @@ from lobefem.fem.cyclic_symmetry import SymmetricMotion, ties
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.geometry.axis import Axis
+from lobefem.geometry.surface import Surface
 from lobefem.linalg.assembly import together, totals
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.supports import Fixed
+from lobefem.typing import Mesh, Space
 
 import ufl
 from dolfinx import fem
@@ -26,23 +28,22 @@ from dolfinx.mesh import meshtags
 __all__ = ["axis_terms", "constraint_map", "edge_nodes", "plate_motion"]
 
 
-def axis_terms(mesh: Any, axis: Axis) -> tuple[Any, Any]:
+def axis_terms(mesh: Mesh, axis: Axis) -> tuple[Any, Any]:
     """Direction and origin of an axis in UFL: constants, so that a form is compiled once for all places."""
     if axis.home:  # without the terms that vanish
         return ufl.as_vector([0.0, 0.0, 1.0]), ufl.as_vector([0.0, 0.0, 0.0])
     return fem.Constant(mesh, axis.direction), fem.Constant(mesh, axis.origin)
 
 
-def edge_nodes(V: Any, surface: Any, group: str) -> npt.NDArray[np.int32]:
+def edge_nodes(V: Space, surface: Surface, group: str) -> npt.NDArray[np.int32]:
     """Node indices, owned and ghosts, of a surface's edge group. Collective."""
     edges = sorted(name for name, (dimension, _) in surface.groups.items() if dimension == 1)
     if group not in edges:
         raise InputError(f"no edge group '{group}' on this surface; it has {edges}")
-    facets = surface.edges.find(surface.groups[group][1])
-    return fem.locate_dofs_topological(V, 1, facets)
+    return fem.locate_dofs_topological(V, 1, surface.facets(group))
 
 
-def plate_motion(surface: Any, plates: EndPlates, axis: Axis) -> PlateMotion:
+def plate_motion(surface: Surface, plates: EndPlates, axis: Axis) -> PlateMotion:
     """The plates' motion; the rims' areas come from the mesh, A = |closed integral of X x t|/2.
 
     Args:
@@ -59,7 +60,7 @@ def plate_motion(surface: Any, plates: EndPlates, axis: Axis) -> PlateMotion:
     # exact for the area within edges of any of our degrees
     rule = {"quadrature_degree": 4}
     names = ("rim_bottom", "rim_top")
-    rims = [surface.edges.find(surface.groups[name][1]) for name in names]
+    rims = [surface.facets(name) for name in names]
     # tags of our own: a surface's may depend on its number of lobes, and what is compiled on the tags
     facets, first = np.unique(np.concatenate(rims), return_index=True)
     tags = meshtags(mesh, 1, facets, np.repeat([1, 2], [len(rim) for rim in rims])[first].astype(np.int32))
@@ -80,9 +81,9 @@ def plate_motion(surface: Any, plates: EndPlates, axis: Axis) -> PlateMotion:
 
 
 def constraint_map(
-    V: Any,
+    V: Space,
     X: npt.NDArray[np.float64],
-    surface: Any,
+    surface: Surface,
     held: Sequence[Fixed],
     motion: PlateMotion | None,
     prescribed: PrescribedMotion | None = None,

@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem.errors import InputError
+from lobefem.geometry.surface import Surface
 from lobefem.linalg import dolfinx_compat
 from lobefem.model.cables import Cables
-from lobefem.typing import Array
+from lobefem.typing import Array, Comm, Expr, Form
 
 import basix
 import ufl
@@ -53,17 +54,17 @@ class CableTerm:
     rest: Any = None
     bears: Any = None
 
-    def strain(self, edge: Any) -> Any:
+    def strain(self, edge: Expr) -> Any:
         """Strain of the cable of that of its edge."""
         return edge if self.rest is None else edge + self.rest
 
-    def force(self, strain: Any) -> Any:
+    def force(self, strain: Expr) -> Any:
         """EA e, the second Piola-Kirchhoff tension [N]."""
         if self.bears is None:
             return self.EA * strain
         return self.EA * ufl.conditional(ufl.gt(strain, 0), strain, self.bears * strain)
 
-    def energy(self, strain: Any) -> Any:
+    def energy(self, strain: Expr) -> Any:
         """EA/2 e^2 per drawn length [J/m]."""
         return self.force(strain) * strain / 2
 
@@ -85,7 +86,7 @@ class CableForms:
     Collective.
     """
 
-    def __init__(self, surface: Any, cables: tuple[Cables, ...], prestressed: bool) -> None:
+    def __init__(self, surface: Surface, cables: tuple[Cables, ...], prestressed: bool) -> None:
         self.mesh = mesh = surface.mesh
         laid = [(cable, name) for cable in cables for name in cable.groups(surface)]
         self.terms: tuple[CableTerm, ...] = ()
@@ -97,7 +98,7 @@ class CableForms:
         names = [name for _, name in laid]
         tags = [surface.groups[name][1] for name in names]
         owned = mesh.topology.index_map(1).size_local
-        facets = [found[found < owned] for found in map(surface.edges.find, tags)]
+        facets = [found[found < owned] for found in map(surface.facets, names)]
         kinds = _kinds(mesh.comm, names, facets, free)
         every = np.unique(np.concatenate(facets)).astype(np.int32)
         tagged = meshtags(mesh, 1, every, np.where(np.isin(every, free), _FREE, _INNER).astype(np.int32))
@@ -139,7 +140,7 @@ class CableForms:
         ]
         return dolfinx_compat.form(sum(terms[1:], terms[0]))
 
-    def sums(self, form: Any) -> Array:
+    def sums(self, form: Form) -> Array:
         """Integrals of a compiled form, over all ranks, for each cable on each of its groups. Collective."""
         values = fem.assemble_vector(form).array
         found = np.array([values[self._at(k)].sum() for k in range(len(self._layers))])
@@ -151,7 +152,7 @@ class CableForms:
         first = self._V.dofmap.bs * self._V.dofmap.list[cells, 0]
         return first + self._layers[group] * len(self._normals) + which
 
-    def _pick(self, numbers: Any, side: str | None, layer: int) -> Any:
+    def _pick(self, numbers: Expr, side: str | None, layer: int) -> Any:
         """An edge's own of the numbers that a cell keeps, in UFL."""
         normal = ufl.classes.ReferenceNormal(self.mesh)
         if side:
@@ -163,7 +164,7 @@ class CableForms:
         )
 
 
-def _kinds(comm: Any, names: list[str], facets: list[Facets], free: Facets) -> list[int]:
+def _kinds(comm: Comm, names: list[str], facets: list[Facets], free: Facets) -> list[int]:
     """True if each group is of edges within the film or of free ones.
 
     Args:
@@ -191,8 +192,8 @@ def _kinds(comm: Any, names: list[str], facets: list[Facets], free: Facets) -> l
     return kinds
 
 
-def _tension(cable: Cables, surface: Any) -> float:
+def _tension(cable: Cables, surface: Surface) -> float:
     """Tension in a cable per Pa of prestress [N/Pa]."""
     if cable.tension_per_pressure is not None:
         return cable.tension_per_pressure
-    return float(surface.shape.seam_tension(1.0))
+    return float(surface.lobe.seam_tension(1.0))

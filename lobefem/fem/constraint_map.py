@@ -11,17 +11,20 @@ anywhere, so the same products serve Newton's method and eigenproblems.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from lobefem.fem.prescribed_motion import PrescribedMotion, PushedNodes
-from lobefem.fem.rigid_plates import rotation
-from lobefem.typing import Array
+from lobefem.fem.rigid_plates import PlateMotion, rotation
+from lobefem.typing import Array, Function, Space, Vec
 
 from mpi4py import MPI
 from petsc4py import PETSc
+
+if TYPE_CHECKING:
+    from lobefem.fem.cyclic_symmetry import SymmetricMotion
 
 __all__ = ["ConstraintMap", "Ties"]
 
@@ -63,9 +66,9 @@ class ConstraintMap:
 
     def __init__(
         self,
-        V: Any,
+        V: Space,
         X: Array,
-        motion: Any,
+        motion: PlateMotion | PrescribedMotion | SymmetricMotion | None,
         rims: tuple[npt.NDArray[np.int32], ...],
         held: npt.NDArray[np.int32],
         values: Array,
@@ -135,7 +138,7 @@ class ConstraintMap:
         q.set(0.0)
         return q
 
-    def parameters(self, q: Any) -> Array:
+    def parameters(self, q: Vec) -> Array:
         """The plates' parameters y in q, on every rank. Collective."""
         y = np.zeros(self.num_parameters)
         if self.num_parameters:
@@ -150,7 +153,7 @@ class ConstraintMap:
             return np.zeros(12), np.zeros((12, 0)), np.zeros((12, 0, 0))
         return self.motion.evaluate(y)
 
-    def displace(self, q: Any, u: Any) -> tuple[Array, Array, Array]:
+    def displace(self, q: Vec, u: Function) -> tuple[Array, Array, Array]:
         """Write u(q) into the function `u`, ghosts included; returns `plate_parameters`. Collective."""
         w, dw, d2w = self.plate_parameters(self.parameters(q))
         array = u.x.array
@@ -170,7 +173,7 @@ class ConstraintMap:
         u.x.scatter_forward()
         return w, dw, d2w
 
-    def unknowns(self, u: Any, w: Array) -> Any:
+    def unknowns(self, u: Function, w: Array) -> Any:
         """The q of a displacement that keeps to the map: the inverse of `displace`. Collective.
 
         Args:
@@ -246,7 +249,7 @@ class ConstraintMap:
             curvature[t, t] = np.einsum("abij,ij->ab", d2R, sums[k, :, 1:])
         return gradient, curvature
 
-    def reduce(self, r: Array, w_gradient: Array, dw: Array, out: Any) -> None:
+    def reduce(self, r: Array, w_gradient: Array, dw: Array, out: Vec) -> None:
         """Write J^T r into `out`: free components as they are, plates from the gradient in w."""
         if self.tied:
             r = r.copy()

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem.frozen import Frozen
-from lobefem.typing import Array, Indices
+from lobefem.typing import Array, Indices, Space, Sparse
 
 __all__ = ["Facets", "Gathering", "film_facets"]
 
@@ -50,7 +50,7 @@ class Gathering:
         V: vector function space (three components).
     """
 
-    def __init__(self, V: Any) -> None:
+    def __init__(self, V: Space) -> None:
         self.comm = V.mesh.comm
         self.owned = 3 * V.dofmap.index_map.size_local
         counts = self.comm.gather(self.owned, root=0)
@@ -73,7 +73,7 @@ class Gathering:
         self.comm.Scatterv(None if whole is None else (whole, self.counts), local, root=0)
         return local
 
-    def scatter_rows(self, matrix: Any) -> tuple[Array, Array, Array]:
+    def scatter_rows(self, matrix: Sparse | None) -> tuple[Array, Array, Array]:
         """This rank's rows, as the arrays of CSR, of a sparse matrix of rank 0. Collective."""
         components = None
         if self.counts is not None:
@@ -86,7 +86,7 @@ class Gathering:
         return self.comm.scatter(components, root=0)
 
 
-def film_facets(V: Any, rims: tuple[npt.NDArray[np.int32], ...]) -> Facets | None:
+def film_facets(V: Space, rims: tuple[npt.NDArray[np.int32], ...]) -> Facets | None:
     """The triangles of all ranks on rank 0, None elsewhere. Collective.
 
     Args:

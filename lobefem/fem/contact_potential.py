@@ -23,12 +23,12 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem.errors import InputError, MissingDependencyError
-from lobefem.fem.contact_mesh import Gathering, film_facets
+from lobefem.fem.contact_mesh import Facets, Gathering, film_facets
 from lobefem.geometry.distribute import on_root
 from lobefem.linalg.matrix_sum import PatternedSum
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
-from lobefem.typing import Array
+from lobefem.typing import Array, Function, Mat, Space, Vec
 
 from petsc4py import PETSc
 
@@ -95,7 +95,7 @@ class Contact:
     def __init__(
         self,
         part: SelfContact,
-        V: Any,
+        V: Space,
         rims: tuple[npt.NDArray[np.int32], ...] = (),
         pressure: Callable[[], float] = lambda: 0.0,
     ) -> None:
@@ -120,7 +120,8 @@ class Contact:
             )
         self._found.clear()
 
-    def _collision_mesh(self, facets: Any) -> Any:
+    def _collision_mesh(self, facets: Facets | None) -> Any:
+        assert facets is not None  # on rank 0
         self._ipctk.set_logger_level(self._ipctk.LoggerLevel.error)
         # sums in the same order in every run; the other cores belong to the other ranks
         self._ipctk.set_num_threads(1)
@@ -138,7 +139,7 @@ class Contact:
         """Barrier stiffness k [Pa] at the present pressure."""
         return self.part.stiffness if self.part.stiffness is not None else max(self._pressure(), 1.0)
 
-    def _move(self, u: Any) -> None:
+    def _move(self, u: Function) -> None:
         """Forget what was found for other displacements. Collective."""
         whole = self._nodes.gather(_array(u))
         moved = self._last is None or not np.array_equal(whole, self._last) if whole is not None else None
@@ -213,7 +214,7 @@ class Contact:
     # --- energy and its derivatives -------------------------------------------------------------
 
     @timed("contact")
-    def energy(self, u: Any) -> float:
+    def energy(self, u: Function) -> float:
         """Energy of the barrier [J], infinite where the film intersects itself. Collective."""
         self._move(u)
 
@@ -225,7 +226,7 @@ class Contact:
         return self.stiffness * self._look_up("energy", lambda: self.comm.bcast(self._on_root(build), root=0))
 
     @timed("contact")
-    def gradient(self, u: Any) -> Array:
+    def gradient(self, u: Function) -> Array:
         """Gradient of the energy in the displacements that this rank owns (3 nodes,) [N]. Collective."""
         self._move(u)
 
@@ -236,7 +237,7 @@ class Contact:
         return self.stiffness * unit
 
     @timed("contact")
-    def hessian(self, u: Any) -> Any:
+    def hessian(self, u: Function) -> Any:
         """Hessian of the energy for k = 1 as a PETSc matrix, None where nothing is near. Collective.
 
         It is exact, as eigenvalues need it; Newton's method took two to three times as many steps
@@ -260,7 +261,7 @@ class Contact:
 
         return self._look_up("hessian", assemble)
 
-    def second_variation(self, u: Any, dv: Any, du: Any) -> float:
+    def second_variation(self, u: Function, dv: Vec, du: Vec) -> float:
         """Second variation of the energy along two nodal displacements, PETSc vectors [J]. Collective."""
         H = self.hessian(u)
         if H is None:
@@ -270,7 +271,7 @@ class Contact:
         return self.stiffness * dv.dot(Hu)
 
     @timed("contact")
-    def add_hessian(self, tangent: Any, J: Any, u: Any, slot: int) -> Any:
+    def add_hessian(self, tangent: Mat, J: Mat, u: Function, slot: int) -> Any:
         """The sum of a reduced tangent and k J^T H J. Collective.
 
         The same matrix for every call with a slot, whose pattern follows the contact.
@@ -298,13 +299,13 @@ class Contact:
     def _crossed(self) -> bool:
         return self._look_up("crossed", lambda: self._ipctk.has_intersections(self._mesh, self._x))
 
-    def intersects(self, u: Any) -> bool:
+    def intersects(self, u: Function) -> bool:
         """True if an edge of film or plates passes through a facet (ipctk's own test). Collective."""
         self._move(u)
         return self.comm.bcast(self._on_root(self._crossed), root=0)
 
     @timed("contact")
-    def free_share(self, start: Any, end: Any) -> float:
+    def free_share(self, start: Function | Array, end: Function | Array) -> float:
         """Share of a straight step that the film can go without touching itself. Collective.
 
         By continuous collision detection, which leaves a part of each gap open.
@@ -338,7 +339,7 @@ class Contact:
 
     # --- report ---------------------------------------------------------------------------------
 
-    def gap(self, u: Any) -> float:
+    def gap(self, u: Function) -> float:
         """Smallest distance between facets that share no node [m]. Collective."""
         self._move(u)
 
@@ -357,7 +358,7 @@ class Contact:
         return self._look_up("gap", lambda: self.comm.bcast(self._on_root(build), root=0))
 
     @timed("contact")
-    def measure(self, u: Any) -> ContactReport:
+    def measure(self, u: Function) -> ContactReport:
         """Gap, force, area and energy of the contact. Collective."""
         gap, energy = self.gap(u), self.energy(u)
 
@@ -371,7 +372,7 @@ class Contact:
         return ContactReport(gap, self.stiffness * force, area, energy, pairs)
 
 
-def _array(u: Any) -> Array:
+def _array(u: Function | Array) -> Array:
     return u if isinstance(u, np.ndarray) else u.x.array
 
 

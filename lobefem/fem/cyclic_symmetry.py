@@ -16,7 +16,8 @@ from lobefem.errors import InputError
 from lobefem.fem.constraint_map import Ties
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.geometry.axis import Axis
-from lobefem.typing import Array, ComplexArray
+from lobefem.geometry.surface import Surface
+from lobefem.typing import Array, ComplexArray, Space
 
 from dolfinx import fem
 from dolfinx.mesh import exterior_facet_indices
@@ -33,7 +34,7 @@ def about_axis(axis: Array, angle: float) -> Array:
     return np.eye(3) + math.sin(angle) * skew + (1.0 - math.cos(angle)) * skew @ skew
 
 
-def ties(V: Any, X: Array, surface: Any, axis: Axis) -> Ties:
+def ties(V: Space, X: Array, surface: Surface, axis: Axis) -> Ties:
     """Nodes of a sector's far cut with their partners on the near one.
 
     Args:

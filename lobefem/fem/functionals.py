@@ -13,7 +13,7 @@ from lobefem.geometry.axis import across
 from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.assembly import totals
 from lobefem.model import kinematics
-from lobefem.typing import Array
+from lobefem.typing import Array, Expr, Vec
 
 import ufl
 from dolfinx import fem
@@ -89,7 +89,7 @@ def true_resultants(balloon: Balloon) -> Any:
     return _cell_means(balloon, N, "true stress resultants")
 
 
-def _cell_means(balloon: Balloon, expression: Any, name: str) -> Any:
+def _cell_means(balloon: Balloon, expression: Expr, name: str) -> Any:
     W = fem.functionspace(balloon.mesh, ("DG", 0, expression.ufl_shape))
     v = ufl.TestFunction(W)
     mean = fem.Function(W, name=name)
@@ -102,7 +102,7 @@ def _cell_means(balloon: Balloon, expression: Any, name: str) -> Any:
     return mean
 
 
-def displacement_of(balloon: Balloon, q: Any, dq: Any) -> Array:
+def displacement_of(balloon: Balloon, q: Vec, dq: Vec) -> Array:
     """Nodal displacements du = J dq, ghosts included, (nodes, 3) [m]. Collective."""
     w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
     du = fem.Function(balloon.V)

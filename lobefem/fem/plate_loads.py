@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from lobefem.errors import InputError
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.model.end_plates import PlateLoad
-from lobefem.typing import Array
+from lobefem.typing import Array, Constant
 
 __all__ = ["PlateForces"]
 
@@ -40,8 +38,8 @@ class PlateForces:
         motion: PlateMotion,
         load: PlateLoad | None,
         closed: bool,
-        pressure: Any,
-        prestress: Any,
+        pressure: Constant,
+        prestress: Constant,
         excess: float | None,
         gradient: float = 0.0,
         level: float = 0.0,

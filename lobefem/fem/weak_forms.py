@@ -7,22 +7,40 @@ form serves every design of its kind.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from lobefem.errors import InputError
 from lobefem.fem.cable_forms import CableForms
+from lobefem.geometry.surface import Surface
 from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.assembly import together
 from lobefem.model.cutting_pattern import Drawn, Pattern
 from lobefem.model.film import Film
 from lobefem.model.gas_pressure import film_moment_change, film_volume_change, pressure_work
 from lobefem.model.kinematics import edge_strain, green_lagrange
+from lobefem.typing import Array, Expr, Unchecked
 
 import ufl
 from dolfinx import fem
 
-__all__ = ["WeakForms", "check_load_path"]
+if TYPE_CHECKING:
+    from lobefem.fem.balloon import Balloon
+
+__all__ = ["LoadPath", "WeakForms", "check_load_path"]
+
+
+class LoadPath(Protocol):
+    """A state whose stress is built into another film."""
+
+    @property
+    def balloon(self) -> Balloon:
+        """Balloon of a film that leads to a stress."""
+
+    @property
+    def displacement(self) -> Array:
+        """Nodal displacements of this rank, ghosts included (nodes, 3) [m]."""
 
 
 class WeakForms:
@@ -48,11 +66,16 @@ class WeakForms:
     """
 
     def __init__(
-        self, balloon: Any, hoop_slack: float = 0.0, degree: int | None = None, load_path: Any = None
+        self,
+        balloon: Balloon,
+        hoop_slack: float = 0.0,
+        degree: int | None = None,
+        load_path: LoadPath | None = None,
     ) -> None:
         self.mesh, self.u, self.V, self.frame = balloon.mesh, balloon.u, balloon.V, balloon.frame
         mesh, u, number = self.mesh, self.u, self.number
-        surface, film = balloon.surface, balloon.film
+        surface = balloon.surface
+        film: Any = balloon.film  # of which laws written as a stress have more than others
         self._film = film
         X, axis = balloon.x, balloon.direction
         simplex = mesh.topology.cell_name() == "triangle"
@@ -73,12 +96,12 @@ class WeakForms:
         if balloon.prestressed:
             across = X - ufl.dot(X, axis) * axis
             radius = ufl.sqrt(ufl.dot(across, across))
-            resultant = balloon.prestress * number(surface.shape.meridional_tension) / radius
+            resultant = balloon.prestress * number(surface.lobe.meridional_tension) / radius
             strain = strain + film.prestrain(resultant, number, hoop_slack)
         if load_path is not None:
             found = fem.Function(self.V)
             found.x.array[:] = load_path.displacement.ravel()
-            path = load_path.balloon.film
+            path: Any = load_path.balloon.film
             strain = strain + path.removed_strain(green_lagrange(found, self.frame), number, hoop_slack)
         self.strain, self.area_of_film = strain, pattern.area
         self.dx = dx
@@ -248,12 +271,12 @@ class WeakForms:
         )
 
 
-def _even(f: Any, d: Any) -> Any:
+def _even(f: Callable[[Expr], Expr], d: Expr) -> Any:
     """The even part of f(d): of a strain, what is quadratic."""
     return (f(d) + f(-d)) / 2
 
 
-def check_load_path(load_path: Any, surface: Any, to: Film) -> None:
+def check_load_path(load_path: Unchecked, surface: Surface, to: Film) -> None:
     """Refuse a state whose stress cannot be built into a film, `to`, on a surface, with an InputError."""
     balloon = getattr(load_path, "balloon", None)
     if balloon is None:

@@ -7,14 +7,13 @@ node was handed over.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from lobefem.errors import LobefemError, SolveError
 from lobefem.linalg import dolfinx_compat
-from lobefem.typing import Integers
+from lobefem.typing import Comm, Integers
 
 import basix.ufl
 from dolfinx.mesh import Mesh, MeshTags, meshtags
@@ -23,7 +22,7 @@ __all__ = ["distribute_mesh", "edge_tags", "lobe_tags", "on_root"]
 
 
 def on_root[T](
-    comm: Any,
+    comm: Comm,
     build: Callable[[], T],
     failed: str = "Gmsh could not mesh the surface ({}); try another mesh size",
 ) -> T | None:
@@ -56,7 +55,7 @@ def on_root[T](
 
 
 def distribute_mesh(
-    comm: Any, cell: str, order: int, x: npt.NDArray[np.float64] | None, cells: Integers | None
+    comm: Comm, cell: str, order: int, x: npt.NDArray[np.float64] | None, cells: Integers | None
 ) -> Mesh:
     """The mesh of what rank 0 or each rank hands over, ghosted over facets. Collective.
 

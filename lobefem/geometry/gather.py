@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from lobefem.frozen import Frozen
 from lobefem.linalg import dolfinx_compat
-from lobefem.typing import Array, Integers
+from lobefem.typing import Array, Integers, Mesh, Space
 
 from dolfinx.cpp.io import perm_vtk
 
@@ -39,7 +39,7 @@ class GatheredMesh(Frozen):
 
 
 def gather(
-    mesh: Any, nodal: Mapping[str, npt.NDArray[Any]], cellwise: Mapping[str, npt.NDArray[Any]]
+    mesh: Mesh, nodal: Mapping[str, npt.NDArray[Any]], cellwise: Mapping[str, npt.NDArray[Any]]
 ) -> GatheredMesh | None:
     """Nodes, cells and fields of all ranks on rank 0, None elsewhere. Collective.
 
@@ -79,7 +79,7 @@ def gather(
     )
 
 
-def at_nodes(V: Any, field: Array) -> Array:
+def at_nodes(V: Space, field: Array) -> Array:
     """Values at this rank's nodes in the order of the mesh's geometry, from those in the order of V's dofs.
 
     Args:

@@ -5,16 +5,19 @@ lobefem's own meshes are; this is for those that users bring.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
 import numpy as np
 
 from lobefem.errors import InputError
 from lobefem.linalg import dolfinx_compat
-from lobefem.typing import Integers
+from lobefem.typing import Integers, Mesh
 
 from dolfinx.mesh import exterior_facet_indices
+
+if TYPE_CHECKING:
+    from lobefem.geometry.surface import Surface
 
 __all__ = ["CORNERS", "require_manifold", "vouch"]
 
@@ -24,12 +27,12 @@ CORNERS = {3: [0, 1, 2], 4: [0, 1, 3, 2], 6: [0, 1, 2], 9: [0, 1, 3, 2]}
 _vouched: WeakSet[Any] = WeakSet()
 
 
-def vouch(mesh: Any) -> None:
+def vouch(mesh: Mesh) -> None:
     """Note a mesh of which it is known that its surface is one: it is not examined."""
     _vouched.add(mesh)
 
 
-def require_manifold(surface: Any, closed: bool) -> None:
+def require_manifold(surface: Surface, closed: bool) -> None:
     """Refuse a surface whose parts do not make one film.
 
     Args:
@@ -64,7 +67,7 @@ def require_manifold(surface: Any, closed: bool) -> None:
         _require_closed(surface)
 
 
-def _num_parts(mesh: Any, corners: Integers) -> int:
+def _num_parts(mesh: Mesh, corners: Integers) -> int:
     """Number of pieces that share no node. Collective."""
     # slow to import, and lobefem's own meshes do without
     from scipy import sparse
@@ -95,11 +98,11 @@ def _num_parts(mesh: Any, corners: Integers) -> int:
     return int(mesh.comm.bcast(found, root=0))
 
 
-def _require_closed(surface: Any) -> None:
+def _require_closed(surface: Surface) -> None:
     """Refuse free edges beside the rims. Collective."""
     mesh = surface.mesh
     mesh.topology.create_connectivity(1, 2)
-    rims = np.concatenate([surface.edges.find(surface.groups[n][1]) for n in ("rim_bottom", "rim_top")])
+    rims = np.concatenate([surface.facets(n) for n in ("rim_bottom", "rim_top")])
     open_edges = np.setdiff1d(exterior_facet_indices(mesh.topology), rims)
     count = mesh.comm.allreduce(len(open_edges))
     if count:

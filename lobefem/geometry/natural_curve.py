@@ -107,7 +107,7 @@ class NaturalCurve:
         bottom, top = (r / L for r in self.fitting_radii)
         W = self.fitting_weights[1] / F
 
-        def slopes(s: float, y: Any) -> Any:
+        def slopes(s: float, y: Array) -> Any:
             r, z, theta, T = y[:4]
             sine, cosine = math.sin(theta), math.cos(theta)
             wf = film + (further if s > cap else 0.0)
@@ -117,13 +117,13 @@ class NaturalCurve:
                 math.pi * r**2 * cosine, 2 * math.pi * r,
             ]  # fmt: skip
 
-        def pull(y: Any) -> float:
+        def pull(y: Array) -> float:
             return float(y[3] * math.cos(y[2]) - (p0 + b * y[1]) * math.pi * top**2 + W)
 
-        def horizontal(_: float, y: Any) -> float:
+        def horizontal(_: float, y: Array) -> float:
             return pull(y)
 
-        def closed(_: float, y: Any) -> float:
+        def closed(_: float, y: Array) -> float:
             return float(y[0] - top) if y[2] < 0.0 else 1.0
 
         for event in (horizontal, closed):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.geometry import distribute, gmsh, grid, manifold
 from lobefem.geometry.axis import Axis
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.geometry.meridian import Lobe
 from lobefem.geometry.surface import Surface, _moved
@@ -24,6 +23,7 @@ from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.memory import require_memory
 from lobefem.log import logger
 from lobefem.profiling import timed
+from lobefem.typing import Comm, Unchecked
 
 from mpi4py import MPI
 
@@ -50,7 +50,7 @@ def lobed_cylinder(
     layout: str = "structured",
     size: float | None = None,
     sector: bool = False,
-    comm: Any = MPI.COMM_WORLD,
+    comm: Comm = MPI.COMM_WORLD,
 ) -> Surface:
     """Mesh a stack of lobes. Collective.
 
@@ -94,7 +94,7 @@ def cylinder(
     layout: str = "structured",
     size: float | None = None,
     sector: bool = False,
-    comm: Any = MPI.COMM_WORLD,
+    comm: Comm = MPI.COMM_WORLD,
 ) -> Surface:
     """Mesh a flat cylinder (paper sec. 5), one lobe with straight meridians. Collective.
 
@@ -132,7 +132,7 @@ def _make(
     layout: str,
     size: float | None,
     sector: bool,
-    comm: Any,
+    comm: Comm,
     known: bool = False,
 ) -> Surface:
     """A surface; that of a `known` grid, which Gmsh has meshed on a finer one, is numbered without it."""
@@ -290,7 +290,9 @@ def _unstructured(
     return surface_grid if order == 1 else grid.with_midpoints(surface_grid)
 
 
-def _divisions(divisions: Any, least: tuple[int, int], lobes: int, alternating: bool) -> tuple[int, int]:
+def _divisions(
+    divisions: Unchecked, least: tuple[int, int], lobes: int, alternating: bool
+) -> tuple[int, int]:
     try:
         along, around = divisions
     except (TypeError, ValueError):
@@ -310,7 +312,7 @@ def _divisions(divisions: Any, least: tuple[int, int], lobes: int, alternating: 
     return along, around
 
 
-def _size(size: Any, shape: Lobe | Cylinder, lobes: int) -> float:
+def _size(size: Unchecked, shape: Lobe | Cylinder, lobes: int) -> float:
     if size is None:
         raise InputError("an unstructured mesh needs its target size [m]; give size=0.25, say")
     number = checks.positive("size", size, "m")

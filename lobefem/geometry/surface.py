@@ -13,9 +13,9 @@ from lobefem.display import Summarized, Summary, number
 from lobefem.frozen import Frozen, OnMesh
 from lobefem.geometry import gather, surface_checks
 from lobefem.geometry.axis import Axis
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.meridian import Lobe
-from lobefem.typing import Array
+from lobefem.typing import Array, Indices
 
 from dolfinx.mesh import Mesh, MeshTags
 
@@ -69,6 +69,17 @@ class Surface(Frozen, OnMesh, Summarized):
     def __post_init__(self) -> None:
         for name, value in surface_checks.checked_fields(self).items():
             object.__setattr__(self, name, value)
+
+    @property
+    def lobe(self) -> Lobe:
+        """The exact shape of each lobe, where there is one."""
+        assert isinstance(self.shape, Lobe)  # as those who ask have seen to
+        return self.shape
+
+    def facets(self, group: str) -> Indices:
+        """Facets of an edge group that this rank has, ghosts included (facets,)."""
+        assert self.edges is not None  # which an edge group needs
+        return np.asarray(self.edges.find(self.groups[group][1]))
 
     def to_pyvista(self) -> Any:
         """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.

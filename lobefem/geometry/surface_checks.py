@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,13 +18,16 @@ from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.frozen import Frozen
 from lobefem.geometry.axis import Axis, across, circle, rounded, unit
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.manifold import CORNERS, require_manifold
 from lobefem.geometry.meridian import Lobe
 from lobefem.linalg import dolfinx_compat
-from lobefem.typing import Array
+from lobefem.typing import Array, Mesh
 
 from dolfinx.mesh import exterior_facet_indices
+
+if TYPE_CHECKING:
+    from lobefem.geometry.surface import Surface
 
 __all__ = ["checked_fields", "examine"]
 
@@ -51,7 +54,7 @@ class _Rim(Frozen):
     radius: float = 0.0
 
 
-def checked_fields(surface: Any) -> dict[str, Any]:
+def checked_fields(surface: Surface) -> dict[str, Any]:
     """Fields of a surface as they are kept, those that are not kept as they came. Needs no communication.
 
     Raises:
@@ -88,7 +91,7 @@ def checked_fields(surface: Any) -> dict[str, Any]:
     return kept
 
 
-def _grid(surface: Any) -> tuple[int, int]:
+def _grid(surface: Surface) -> tuple[int, int]:
     """Divisions, with which the number of sectors goes."""
     pair = checks.integers("a number of divisions", surface.divisions, 1)
     if len(pair) != 2:
@@ -104,7 +107,7 @@ def _grid(surface: Any) -> tuple[int, int]:
     return pair[0], pair[1]
 
 
-def examine(surface: Any, closed: bool) -> Axis:
+def examine(surface: Surface, closed: bool) -> Axis:
     """The axis of a surface, all that it claims checked.
 
     Args:
@@ -129,7 +132,7 @@ def examine(surface: Any, closed: bool) -> Axis:
     return axis
 
 
-def _check_nodes(surface: Any) -> None:
+def _check_nodes(surface: Surface) -> None:
     """Refuse nodes at no place, cells that lack their ghosts, and lobes that are not there. Collective."""
     mesh, comm = surface.mesh, surface.mesh.comm
     nodes, cells = mesh.geometry.index_map().size_local, mesh.topology.index_map(2)
@@ -161,7 +164,7 @@ def _check_nodes(surface: Any) -> None:
 
 
 # --- the rims and the axis ----------------------------------------------------------------------
-def _rims(surface: Any) -> dict[str, _Rim]:
+def _rims(surface: Surface) -> dict[str, _Rim]:
     """The rims that the surface has. Collective."""
     names = [name for name in _RIMS if name in surface.groups]
     if not names:
@@ -182,10 +185,10 @@ def _rims(surface: Any) -> dict[str, _Rim]:
     return rims
 
 
-def _own_part(surface: Any, name: str) -> tuple[npt.NDArray[np.int64], Array, Array]:
+def _own_part(surface: Surface, name: str) -> tuple[npt.NDArray[np.int64], Array, Array]:
     """Numbers, places and directed edges of the part of a rim that this rank owns."""
     mesh, topology = surface.mesh, surface.mesh.topology
-    facets = surface.edges.find(surface.groups[name][1])
+    facets = surface.facets(name)
     facets = facets[facets < topology.index_map(1).size_local]
     nodes = dolfinx_compat.entity_nodes(mesh, 1, facets)
     x, dofmap = mesh.geometry.x, dolfinx_compat.geometry_dofmap(mesh)
@@ -201,7 +204,7 @@ def _own_part(surface: Any, name: str) -> tuple[npt.NDArray[np.int64], Array, Ar
     return numbers, x[nodes.ravel()], np.array(ends).reshape(-1, 2, 3)
 
 
-def _axis(surface: Any, rims: dict[str, _Rim]) -> Axis:
+def _axis(surface: Surface, rims: dict[str, _Rim]) -> Axis:
     """The axis as given, or as the rims have it; the same on every rank."""
     centres = [rims[name].centre for name in _RIMS if name in rims]
     whole = surface.copies == 1 and len(centres) == 2
@@ -239,7 +242,7 @@ def _axis(surface: Any, rims: dict[str, _Rim]) -> Axis:
     return Axis(direction, origin, _first(surface, rims, direction, origin))
 
 
-def _first(surface: Any, rims: dict[str, _Rim], direction: Array, origin: Array) -> Array:
+def _first(surface: Surface, rims: dict[str, _Rim], direction: Array, origin: Array) -> Array:
     """From where azimuths count: of a grid its first column, as that of its first node on the bottom rim."""
     if surface.divisions is None or "rim_bottom" not in rims:
         return across(direction)[0]
@@ -252,7 +255,7 @@ def _shown(vector: Array) -> str:
 
 
 # --- against the mesh ---------------------------------------------------------------------------
-def _check_sense(surface: Any, axis: Axis, rims: dict[str, _Rim]) -> None:
+def _check_sense(surface: Surface, axis: Axis, rims: dict[str, _Rim]) -> None:
     """Refuse cells whose normals point into what film and rims enclose.
 
     Film turned outwards runs anticlockwise about its bottom rim, as seen from above, and clockwise about its
@@ -274,7 +277,7 @@ def _check_sense(surface: Any, axis: Axis, rims: dict[str, _Rim]) -> None:
         )
 
 
-def _volume_within(surface: Any) -> float:
+def _volume_within(surface: Surface) -> float:
     """Volume that a film without a free edge encloses, by its corners; 0 with one [m^3]. Collective."""
     mesh, comm = surface.mesh, surface.mesh.comm
     mesh.topology.create_connectivity(1, 2)
@@ -291,7 +294,7 @@ def _volume_within(surface: Any) -> float:
     return 0.0 if total[0] else float(total[1])
 
 
-def _check_shape(surface: Any, axis: Axis, rims: dict[str, _Rim]) -> None:
+def _check_shape(surface: Surface, axis: Axis, rims: dict[str, _Rim]) -> None:
     """Refuse a shape or divisions that are not the mesh's. Collective."""
     shape, lobes = surface.shape, surface.num_lobes
     if shape is not None and surface.copies == 1:
@@ -330,14 +333,14 @@ def _check_shape(surface: Any, axis: Axis, rims: dict[str, _Rim]) -> None:
     if surface.divisions is None:
         return
     along, around = (_order(mesh) * number for number in surface.divisions)
-    columns = around if surface.copies == 1 else around // surface.copies + 1
-    if beside or count != (lobes * along + 1) * columns:
+    wide = around if surface.copies == 1 else around // surface.copies + 1
+    if beside or count != (lobes * along + 1) * wide:
         raise InputError(
             f"the mesh is not the grid of {surface.divisions[0]} x {surface.divisions[1]} divisions a lobe "
             "that it claims to be; leave divisions and cyclic_order out"
         )
 
 
-def _order(mesh: Any) -> int:
+def _order(mesh: Mesh) -> int:
     """Degree of the geometry."""
     return 1 if dolfinx_compat.geometry_dofmap(mesh).shape[1] < 6 else 2

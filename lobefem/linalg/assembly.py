@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem.linalg import dolfinx_compat
-from lobefem.typing import Array, Integers
+from lobefem.typing import Array, Expr, Form, Integers, Mesh
 
 import ufl
 from dolfinx import fem, la
@@ -25,17 +25,17 @@ __all__ = ["NodalMatrix", "NodalVector", "PickedMatrix", "integral", "together",
 _AT_ONCE = 8192  # blocks whose entries fit into a core's own cache
 
 
-def integral(mesh: Any, expression: Any) -> float:
+def integral(mesh: Mesh, expression: Expr) -> float:
     """The integral of a UFL expression with its measure, over all ranks. Collective."""
     return total(mesh, dolfinx_compat.form(expression))
 
 
-def total(mesh: Any, form: Any) -> float:
+def total(mesh: Mesh, form: Form) -> float:
     """The value of a compiled scalar form, over all ranks. Collective."""
     return float(mesh.comm.allreduce(fem.assemble_scalar(form), op=MPI.SUM))
 
 
-def together(mesh: Any, *integrals: tuple[Any, Any]) -> Any:
+def together(mesh: Mesh, *integrals: tuple[Any, Any]) -> Any:
     """Several integrals as one compiled form, for `totals`: it is made hardly later than the form of one.
 
     Args:
@@ -49,7 +49,7 @@ def together(mesh: Any, *integrals: tuple[Any, Any]) -> Any:
     return dolfinx_compat.form(sum(terms[1:], terms[0]))
 
 
-def totals(mesh: Any, form: Any) -> Array:
+def totals(mesh: Mesh, form: Form) -> Array:
     """The values of the integrals `together` in a form, over all ranks. Collective."""
     found: Array = fem.assemble_vector(form).array.reshape(-1, form.function_spaces[0].dofmap.index_map_bs)
     return np.asarray(mesh.comm.allreduce(found.sum(axis=0)))
@@ -62,12 +62,12 @@ class NodalVector:
         form: compiled; any other one on its space can be assembled.
     """
 
-    def __init__(self, form: Any) -> None:
+    def __init__(self, form: Form) -> None:
         dofmap = form.function_spaces[0].dofmap
         self._vector = la.vector(dofmap.index_map, dofmap.index_map_bs)
         self._size = dofmap.index_map.size_local * dofmap.index_map_bs
 
-    def assemble(self, form: Any) -> Array:
+    def assemble(self, form: Form) -> Array:
         """Assemble a form in place of what was there; this rank's part of it. Collective."""
         self._vector.array[:] = 0.0
         fem.assemble_vector(self._vector.array, form)
@@ -92,7 +92,7 @@ class NodalMatrix:
         first: number of the first of them among those of all ranks.
     """
 
-    def __init__(self, form: Any) -> None:
+    def __init__(self, form: Form) -> None:
         self._csr = fem.create_matrix(form, la.BlockMode.compact)
         nodes = self._csr.index_map(0)
         self.nodes, self.first = nodes.size_local, nodes.local_range[0]
@@ -100,7 +100,7 @@ class NodalMatrix:
         self.comm = form.mesh.comm
         self._whole: PickedMatrix | None = None
 
-    def assemble(self, form: Any) -> None:
+    def assemble(self, form: Form) -> None:
         """Assemble a form in place of what was there. Collective."""
         self._csr.data[:] = 0.0
         fem.assemble_matrix(self._csr, form)

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 
 from lobefem.errors import EigenError
-from lobefem.typing import Array, ComplexArray
+from lobefem.typing import Array, ComplexArray, Mat, Sparse
 
 __all__ = ["HERMITIAN", "Band", "as_scipy", "asymmetry", "constrained", "lowest", "most_negative"]
 
@@ -33,14 +33,14 @@ class Band:
         pattern: a sparse matrix that has all their entries.
     """
 
-    def __init__(self, pattern: Any) -> None:
+    def __init__(self, pattern: Sparse) -> None:
         symmetric = (abs(pattern) + abs(pattern).T).tocsr()
         self.order = reverse_cuthill_mckee(symmetric, symmetric_mode=True)
         coo = symmetric[self.order][:, self.order].tocoo()
         self.width = int(np.abs(coo.row - coo.col).max(initial=0))
         self.size = pattern.shape[0]
 
-    def pack(self, matrix: Any) -> ComplexArray:
+    def pack(self, matrix: Sparse) -> ComplexArray:
         """The lower band of a Hermitian matrix, (width + 1, size), as LAPACK wants it."""
         coo = sp.tril(sp.csr_matrix(matrix)[self.order][:, self.order]).tocoo()
         band = np.zeros((self.width + 1, self.size), dtype=complex)
@@ -62,7 +62,7 @@ class Band:
         return solve
 
 
-def as_scipy(matrix: Any) -> Any:
+def as_scipy(matrix: Mat | Sparse) -> Any:
     """A PETSc matrix of this rank alone as a SciPy matrix, a SciPy one as it is."""
     if sp.issparse(matrix):
         return matrix
@@ -70,7 +70,7 @@ def as_scipy(matrix: Any) -> Any:
     return sp.csr_matrix((values, columns, pointers), shape=matrix.getSize())
 
 
-def asymmetry(matrix: Any) -> float:
+def asymmetry(matrix: Sparse) -> float:
     """Relative asymmetry max|A - A^H|/max|A|."""
     largest = abs(matrix).max()
     return float(abs(matrix - matrix.conj().T).max() / largest) if largest else 0.0
@@ -98,7 +98,7 @@ def constrained(
 
 
 def lowest(
-    A: Any, B: Any, count: int, scale: float, hermitian: bool, c: ComplexArray | None = None
+    A: Sparse, B: Sparse, count: int, scale: float, hermitian: bool, c: ComplexArray | None = None
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray | None]:
     """The eigenvalues of A x = lambda B x with the lowest real parts, B positive definite.
 
@@ -158,7 +158,11 @@ def lowest(
 
 
 def most_negative(
-    A: Any, B: Any, solve: Callable[[ComplexArray], ComplexArray], count: int, c: ComplexArray | None = None
+    A: Sparse,
+    B: Sparse,
+    solve: Callable[[ComplexArray], ComplexArray],
+    count: int,
+    c: ComplexArray | None = None,
 ) -> tuple[Array, ComplexArray]:
     """The most negative eigenvalues of a Hermitian pencil A x = nu B x, with their vectors.
 
@@ -186,8 +190,8 @@ def most_negative(
 
 
 def _dense(
-    A: Any,
-    B: Any,
+    A: Sparse,
+    B: Sparse,
     solve: Callable[[ComplexArray], ComplexArray],
     first: int,
     last: int,
@@ -209,7 +213,11 @@ def _dense(
 
 
 def _largest(
-    B: Any, solve: Callable[[ComplexArray], ComplexArray], shifted: Any, count: int, c: ComplexArray | None
+    B: Sparse,
+    solve: Callable[[ComplexArray], ComplexArray],
+    shifted: Sparse,
+    count: int,
+    c: ComplexArray | None,
 ) -> tuple[Array, ComplexArray]:
     """Largest nu, descending, of B x = nu (A - shift B) x, both positive definite."""
     size = B.shape[0]

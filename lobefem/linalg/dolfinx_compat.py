@@ -25,6 +25,7 @@ from lobefem.errors import MissingDependencyError
 from lobefem.linalg import form_cache
 from lobefem.profiling import timed
 from lobefem.progress import announce
+from lobefem.typing import Comm, Expr, Mesh
 
 __all__ = [
     "abandon",
@@ -128,7 +129,7 @@ def shared_facet_partitioner() -> Callable[..., Any]:
         return create_cell_partitioner(GhostMode.shared_facet)
 
 
-def create_mesh(comm: Any, cells: npt.NDArray[np.int64], element: Any, x: npt.NDArray[np.float64]) -> Any:
+def create_mesh(comm: Comm, cells: npt.NDArray[np.int64], element: Any, x: npt.NDArray[np.float64]) -> Any:
     """A distributed mesh with ghosts over facets; `cells` in DOLFINx order, `x` of shape (n, 3).
 
     DOLFINx 0.10 swapped the positions of `x` and `e`. Collective.
@@ -153,7 +154,7 @@ def cache_folder() -> Path:
 
 
 @timed("form compilation")
-def form(expression: Any, cache_dir: Path | None = None) -> Any:
+def form(expression: Expr, cache_dir: Path | None = None) -> Any:
     """Compile a UFL form, or load it from the cache: the user's, if none is given.
 
     An entry of the cache that is not whole, or that a rank cannot load, is replaced: by rank 0, or by the
@@ -199,7 +200,7 @@ def form(expression: Any, cache_dir: Path | None = None) -> Any:
     raise MissingDependencyError(*_unloaded(failures[maker], folder))
 
 
-def _provide(expression: Any, options: dict[str, Any], folder: Path, anew: bool) -> tuple[str, str] | None:
+def _provide(expression: Expr, options: dict[str, Any], folder: Path, anew: bool) -> tuple[str, str] | None:
     """Compile a form into the cache where it is not there, or `anew`; what was wrong, and advice."""
     cache = options["cache_dir"]
     if not anew and form_cache.is_whole(cache, _entry(expression, options)):
@@ -238,7 +239,7 @@ def _readable(folder: Path) -> Path:
     return folder
 
 
-def _entry(expression: Any, options: dict[str, Any]) -> str:
+def _entry(expression: Expr, options: dict[str, Any]) -> str:
     """The name under which FFCx keeps a form, for which it has no function."""
     jit = ffcx.codegeneration.jit
     settings = ffcx.get_options({"scalar_type": dolfinx.default_scalar_type})
@@ -264,7 +265,7 @@ def interpolation_points(element: Any) -> npt.NDArray[np.float64]:
     return points() if callable(points) else points
 
 
-def geometry_dofmap(mesh: Any) -> npt.NDArray[np.int32]:
+def geometry_dofmap(mesh: Mesh) -> npt.NDArray[np.int32]:
     """Nodes of this rank's cells, ghosts included, shape (cells, nodes per cell).
 
     DOLFINx 0.10 turned `dofmap` into a list, one a cell type, and warns about the old name.
@@ -273,7 +274,7 @@ def geometry_dofmap(mesh: Any) -> npt.NDArray[np.int32]:
     return dofmaps[0] if isinstance(dofmaps, (list, tuple)) else mesh.geometry.dofmap
 
 
-def entity_nodes(mesh: Any, dim: int, entities: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def entity_nodes(mesh: Mesh, dim: int, entities: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """Nodes of mesh entities, vertices first, shape (entities, nodes per entity).
 
     DOLFINx 0.9 dies of a division by zero (SIGFPE) where a rank has none to ask about.

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from lobefem.typing import Array
+from lobefem.typing import Array, Mat
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -40,7 +40,7 @@ class PatternedSum:
         self._keys: npt.NDArray[np.int64] = np.empty(0, dtype=np.int64)
         self._places: Any = None  # of A's entries
 
-    def set(self, A: Any, B: Any = None, factor: float = 1.0) -> Any:
+    def set(self, A: Mat, B: Mat | None = None, factor: float = 1.0) -> Any:
         """Sum A and factor B, a matrix of the same sizes or None; returns `matrix`. Collective."""
         of_a = A.getValuesCSR()
         of_b = None if B is None else B.getValuesCSR()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 from lobefem.errors import InputError
+from lobefem.typing import Comm
 
 from mpi4py import MPI
 
@@ -17,7 +17,7 @@ _SMALL = 2**30  # what any machine has [bytes]; less is not looked at
 _LIMIT = Path("/sys/fs/cgroup/memory.max")  # a container's
 
 
-def require_memory(comm: Any, needed: float, what: str, remedy: str) -> None:
+def require_memory(comm: Comm, needed: float, what: str, remedy: str) -> None:
     """Refuse what does not fit into the memory of the machines that run it. Collective.
 
     Args:

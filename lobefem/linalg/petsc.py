@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lobefem.errors import InputError, SolveError
+from lobefem.typing import KSP, Comm, Mat, Mesh, Vec
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -63,7 +64,7 @@ _watched: list[tuple[weakref.ref[Any], Any]] = []  # owners of PETSc objects, an
 SYMMETRIC = 1e-12
 
 
-def watch(owner: Any, mesh: Any) -> None:
+def watch(owner: object, mesh: Mesh) -> None:
     """Keep an owner's mesh, with its communicator, until `tidy` has freed what it leaves behind.
 
     Args:
@@ -74,7 +75,7 @@ def watch(owner: Any, mesh: Any) -> None:
         _watched.append((weakref.ref(owner), mesh))
 
 
-def tidy(comm: Any) -> None:
+def tidy(comm: Comm) -> None:
     """Free the PETSc objects that Python has let go of on the meshes of these ranks. Collective.
 
     On several ranks petsc4py cannot free them when they are let go of, which may be at another place on
@@ -162,7 +163,7 @@ def _check_options(text: str) -> None:
 
 
 def set_direct_solver(
-    ksp: Any, symmetric: bool, *, compressed: bool = False, inertia: bool = False, whole_nodes: bool = False
+    ksp: KSP, symmetric: bool, *, compressed: bool = False, inertia: bool = False, whole_nodes: bool = False
 ) -> None:
     """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not.
 
@@ -202,11 +203,11 @@ def set_direct_solver(
     ksp.setPreSolve(_look)
 
 
-def _look(ksp: Any, b: Any, x: Any) -> None:
+def _look(ksp: KSP, b: Vec, x: Vec) -> None:
     """A monitor in which Python notices Ctrl-C during an eigensolve."""
 
 
-def asymmetry(matrix: Any) -> float:
+def asymmetry(matrix: Mat) -> float:
     """Relative asymmetry max|K - K^T|/max|K|. Collective."""
     transposed = matrix.transpose(PETSc.Mat())
     largest = largest_entry(matrix)
@@ -216,7 +217,7 @@ def asymmetry(matrix: Any) -> float:
     return difference / largest if largest else 0.0
 
 
-def num_negative(matrix: Any) -> int:
+def num_negative(matrix: Mat) -> int:
     """Number of negative eigenvalues of a symmetric matrix: its inertia, from MUMPS's LDL^T. Collective."""
     pc = PETSc.PC().create(matrix.getComm())
     pc.setOptionsPrefix("lobefem_inertia_")
@@ -231,7 +232,7 @@ def num_negative(matrix: Any) -> int:
     return int(negative)
 
 
-def largest_entry(matrix: Any) -> float:
+def largest_entry(matrix: Mat) -> float:
     """max|K|. Collective."""
     largest = np.abs(matrix.getValuesCSR()[2]).max(initial=0.0)
     return float(matrix.getComm().tompi4py().allreduce(largest, op=MPI.MAX))

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from lobefem.errors import EigenError
+from lobefem.typing import EPS, Mat, Vec
 
 from petsc4py import PETSc
 from slepc4py import SLEPc
@@ -39,7 +40,7 @@ def order(pair: Pair) -> tuple[float, float, float]:
     return pair.value.real, abs(pair.value.imag), -pair.value.imag
 
 
-def solver(A: Any, B: Any, count: int, symmetric: bool, prefix: str) -> Any:
+def solver(A: Mat, B: Mat, count: int, symmetric: bool, prefix: str) -> Any:
     """A SLEPc solver for A phi = lambda B phi, B positive definite where A is symmetric."""
     eps = SLEPc.EPS().create(A.getComm())
     eps.setOptionsPrefix(prefix)
@@ -51,7 +52,7 @@ def solver(A: Any, B: Any, count: int, symmetric: bool, prefix: str) -> Any:
     return eps
 
 
-def _start(eps: Any, seed: int) -> None:
+def _start(eps: EPS, seed: int) -> None:
     """Let the next solve begin with a random vector; SLEPc sets itself up again, factorisation and all."""
     A, _ = eps.getOperators()
     start = A.createVecRight()
@@ -60,7 +61,7 @@ def _start(eps: Any, seed: int) -> None:
     eps.setInitialSpace([start])
 
 
-def run(eps: Any, count: int, seed: int = 1) -> list[Pair]:
+def run(eps: EPS, count: int, seed: int = 1) -> list[Pair]:
     """Solve from a random vector and return the converged pairs, at least `count`, in order.
 
     A Krylov space grown from one vector holds one vector of each eigenspace; where symmetry makes
@@ -109,7 +110,7 @@ def with_conjugates(pairs: Sequence[Pair]) -> list[Pair]:
     return result
 
 
-def _polish(eps: Any, x: Any, y: Any) -> None:
+def _polish(eps: EPS, x: Vec, y: Vec) -> None:
     """Shift-invert the vector once more.
 
     That multiplies it by a number, and damps the noise that the stiffest directions, the hoops'
@@ -125,7 +126,7 @@ def _polish(eps: Any, x: Any, y: Any) -> None:
     _scale((x, y), 1 / math.hypot(x.norm(), y.norm()))
 
 
-def distinct(pairs: Sequence[Pair], M: Any, shift: float) -> list[Pair]:
+def distinct(pairs: Sequence[Pair], M: Mat, shift: float) -> list[Pair]:
     """The pairs without repetition: of a cluster of equal values, those with independent vectors.
 
     What one run gives as a complex pair may be two real pairs of another, whose double value round-off has
@@ -162,7 +163,7 @@ def distinct(pairs: Sequence[Pair], M: Any, shift: float) -> list[Pair]:
     return kept
 
 
-def _independence(vectors: Sequence[Any], M: Any) -> float:
+def _independence(vectors: Sequence[Any], M: Mat) -> float:
     """Squared sine of the angle between two vectors, 1 for a single one."""
     if len(vectors) == 1:
         return 1.0
@@ -172,7 +173,7 @@ def _independence(vectors: Sequence[Any], M: Any) -> float:
 
 def refine(
     pairs: Sequence[Pair],
-    B: Any,
+    B: Mat,
     curvature: Callable[[Any, Any], float],
     solve_transposed: Callable[[Any, Any], None] | None,
     shift: float,
@@ -232,7 +233,7 @@ def refine(
 
 
 def residual(
-    pair: Pair, K: Any, B: Any, shift: float = 0.0, project: Callable[[Any], None] | None = None
+    pair: Pair, K: Mat, B: Mat, shift: float = 0.0, project: Callable[[Any], None] | None = None
 ) -> float:
     """The relative residual ||K phi - lambda B phi||/||K phi||.
 
@@ -254,7 +255,7 @@ def residual(
     return math.hypot(Kx.norm(), Ky.norm()) / size if size else 0.0
 
 
-def _inner(M: Any, a: Any, b: Any) -> float:
+def _inner(M: Mat, a: Vec, b: Vec) -> float:
     """Inner product a . M b of real vectors."""
     work = M.createVecLeft()
     M.mult(b, work)
@@ -263,7 +264,7 @@ def _inner(M: Any, a: Any, b: Any) -> float:
     return found
 
 
-def _zero(v: Any) -> Any:
+def _zero(v: Vec) -> Any:
     zero = v.duplicate()
     zero.set(0.0)
     return zero

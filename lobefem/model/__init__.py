@@ -6,25 +6,53 @@ and the frozen records that a design consists of. PETSc and DOLFINx are not impo
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lobefem.faces import face
 
 if TYPE_CHECKING:
-    from lobefem.model.cables import Cables, Hoops
+    from lobefem.model.cables import Cables, Hoops, Tendons
+    from lobefem.model.dead_weight import DeadWeight
     from lobefem.model.end_plates import EndPlates, PlateLoad
     from lobefem.model.film import Film, Isotropic
     from lobefem.model.fixed_wrinkles import FixedWrinkles
     from lobefem.model.gas_pressure import GasPressure
     from lobefem.model.imp import IMP, PrescribedPath
-    from lobefem.model.kinematics import Frame
+    from lobefem.model.kinematics import Frame, green_lagrange, revolved_frame, tangent_frame
+    from lobefem.model.orthotropic import Orthotropic, OrthotropicTensionField
     from lobefem.model.self_contact import SelfContact
     from lobefem.model.supports import Fixed
-    from lobefem.model.tension_field import TensionField
+    from lobefem.model.tension_field import TensionField, WrinkledField
+
+_HOME = {
+    "IMP": "imp",
+    "Cables": "cables",
+    "DeadWeight": "dead_weight",
+    "EndPlates": "end_plates",
+    "Film": "film",
+    "Fixed": "supports",
+    "FixedWrinkles": "fixed_wrinkles",
+    "Frame": "kinematics",
+    "GasPressure": "gas_pressure",
+    "Hoops": "cables",
+    "Isotropic": "film",
+    "Orthotropic": "orthotropic",
+    "OrthotropicTensionField": "orthotropic",
+    "PlateLoad": "end_plates",
+    "PrescribedPath": "imp",
+    "SelfContact": "self_contact",
+    "Tendons": "cables",
+    "TensionField": "tension_field",
+    "WrinkledField": "tension_field",
+    "green_lagrange": "kinematics",
+    "revolved_frame": "kinematics",
+    "tangent_frame": "kinematics",
+}
 
 __all__ = [
     "IMP",
     "Cables",
+    "DeadWeight",
     "EndPlates",
     "Film",
     "Fixed",
@@ -33,27 +61,17 @@ __all__ = [
     "GasPressure",
     "Hoops",
     "Isotropic",
+    "Orthotropic",
+    "OrthotropicTensionField",
     "PlateLoad",
     "PrescribedPath",
     "SelfContact",
+    "Tendons",
     "TensionField",
+    "WrinkledField",
+    "green_lagrange",
+    "revolved_frame",
+    "tangent_frame",
 ]
 
-_HOME = {
-    "Cables": "cables",
-    "EndPlates": "end_plates",
-    "Film": "film",
-    "FixedWrinkles": "fixed_wrinkles",
-    "Frame": "kinematics",
-    "GasPressure": "gas_pressure",
-    "Fixed": "supports",
-    "Hoops": "cables",
-    "IMP": "imp",
-    "Isotropic": "film",
-    "PlateLoad": "end_plates",
-    "PrescribedPath": "imp",
-    "SelfContact": "self_contact",
-    "TensionField": "tension_field",
-}
-
-__getattr__ = face(__name__, _HOME)
+__getattr__, __dir__ = face(__name__, _HOME)

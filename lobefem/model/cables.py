@@ -6,13 +6,30 @@ EA/2 e^2 per reference length with e the Green-Lagrange strain of the edge.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Protocol
 
 from lobefem import checks
 from lobefem.errors import InputError
 
 __all__ = ["Cables", "Hoops", "Tendons"]
+
+
+class NamedEdges(Protocol):
+    """A surface, as far as cables ask for it."""
+
+    @property
+    def groups(self) -> Mapping[str, tuple[int, int]]:
+        """Dimension and value of each group by its name."""
+
+    @property
+    def num_lobes(self) -> int:
+        """Number of lobes in the stack."""
+
+    @property
+    def copies(self) -> int:
+        """Number of turned copies that close the surface."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +66,7 @@ class Cables:
         if not isinstance(self.on, (tuple, list)) or not all(isinstance(name, str) for name in self.on):
             raise InputError(f"a cable is on {self.on!r}; give names of edge groups, as ('seam_*',)")
 
-    def groups(self, surface: Any) -> tuple[str, ...]:
+    def groups(self, surface: NamedEdges) -> tuple[str, ...]:
         """Names of the surface's edge groups that carry this cable.
 
         A single lobe has no seams: "seam_*" then names none.
@@ -96,7 +113,7 @@ class Tendons(Cables):
     on: tuple[str, ...] = ("tendon_*",)
     tension_only: bool = True
 
-    def groups(self, surface: Any) -> tuple[str, ...]:
+    def groups(self, surface: NamedEdges) -> tuple[str, ...]:
         """Names of the surface's edge groups that carry this cable: see `Cables.groups`."""
         found = super().groups(surface)
         return found if surface.copies == 1 else found[:1]

@@ -13,6 +13,7 @@ from lobefem.model.end_plates import EndPlates, PlateLoad
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.self_contact import SelfContact
 from lobefem.model.supports import Fixed
+from lobefem.typing import Unchecked
 
 __all__ = ["Components", "row"]
 
@@ -60,7 +61,7 @@ class Components:
         )
 
 
-def row(components: Any) -> tuple[Any, ...]:
+def row(components: Unchecked) -> tuple[Any, ...]:
     """Parts as a tuple; a single one needs no brackets.
 
     Raises:

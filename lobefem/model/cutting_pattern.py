@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from lobefem.model.kinematics import Frame
+from lobefem.typing import Expr
 
 import ufl
 
@@ -22,11 +23,11 @@ class Drawn:
 
     area: Any = 1
 
-    def strain(self, drawn: Any) -> Any:
+    def strain(self, drawn: Expr) -> Any:
         """The film's strain of the strain of the drawn surface, 2x2."""
         return drawn
 
-    def linear(self, drawn: Any) -> Any:
+    def linear(self, drawn: Expr) -> Any:
         """The part of `strain` that is linear in that of the drawn surface."""
         return drawn
 
@@ -42,18 +43,18 @@ class Pattern(Drawn):
         area: pattern's area per area of the drawn surface.
     """
 
-    def __init__(self, coordinates: Any, frame: Frame) -> None:
+    def __init__(self, coordinates: Expr, frame: Frame) -> None:
         gradient = ufl.grad(coordinates)
         along, across = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
         self._A = ufl.as_matrix([[along[0], across[0]], [along[1], across[1]]])
         self._inverse = ufl.inv(self._A)
         self.area = ufl.det(self._A)
 
-    def linear(self, drawn: Any) -> Any:
+    def linear(self, drawn: Expr) -> Any:
         """A^-T E A^-1."""
         return ufl.transpose(self._inverse) * drawn * self._inverse
 
-    def strain(self, drawn: Any) -> Any:
+    def strain(self, drawn: Expr) -> Any:
         """A^-T (E + (I - A^T A)/2) A^-1."""
         flat = (ufl.Identity(2) - ufl.transpose(self._A) * self._A) / 2
         return self.linear(drawn + flat)

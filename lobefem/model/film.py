@@ -18,6 +18,7 @@ from typing import Any, ClassVar
 
 from lobefem import checks
 from lobefem.errors import InputError
+from lobefem.typing import Expr, Scalar, Unchecked
 
 import ufl
 
@@ -90,18 +91,18 @@ class Film(ABC):
         return None
 
     @abstractmethod
-    def energy(self, strain: Any, number: Number = float) -> Any:
+    def energy(self, strain: Expr, number: Number = float) -> Any:
         """Strain energy per reference area [J/m^2] of a 2x2 strain in the film's frame.
 
         None for a law whose stress is no energy's gradient.
         """
 
-    def stress(self, strain: Any, number: Number = float) -> Any:
+    def stress(self, strain: Expr, number: Number = float) -> Any:
         """Stress resultants S = dw/dE [N/m], 2x2 in the film's frame (second Piola-Kirchhoff)."""
         strain = ufl.variable(strain)
         return ufl.sym(ufl.diff(self.energy(strain, number), strain))
 
-    def prestrain(self, resultant: Any, number: Number = float, hoop_slack: float = 0.0) -> Any:
+    def prestrain(self, resultant: Expr, number: Number = float, hoop_slack: float = 0.0) -> Any:
         """The strain E0 (2x2) that carries the meridional `resultant` [N/m] with no hoop stress.
 
         E0 = diag(N/(E t), -nu N/(E t) - s), s >= 0 the hoop slack (paper sec. 4.1, initial stress).
@@ -110,7 +111,7 @@ class Film(ABC):
         slack = number(hoop_slack) if hoop_slack else 0
         return ufl.as_matrix([[e, 0], [0, -number(self.nu) * e - slack]])
 
-    def regions(self, strain: Any, number: Number = float) -> tuple[Any, Any, Any]:
+    def regions(self, strain: Expr, number: Number = float) -> tuple[Any, Any, Any]:
         """Indicators (1 or 0) of taut, wrinkled and slack film at a strain.
 
         Paper sec. 4: taut where the minor principal stress of the isotropic law is positive,
@@ -123,14 +124,14 @@ class Film(ABC):
         return taut, 1 - taut - slack, slack
 
 
-def _principal(strain: Any) -> tuple[Any, Any]:
+def _principal(strain: Expr) -> tuple[Any, Any]:
     """Principal values of a symmetric 2x2 tensor, major first."""
     mean = (strain[0, 0] + strain[1, 1]) / 2
     radius = ufl.sqrt(((strain[0, 0] - strain[1, 1]) / 2) ** 2 + strain[0, 1] ** 2)
     return mean + radius, mean - radius
 
 
-def _plane_stress(strain: Any, stiffness: Any, nu: Any) -> Any:
+def _plane_stress(strain: Expr, stiffness: Scalar, nu: Scalar) -> Any:
     """Plane-stress St Venant-Kirchhoff energy, C/2 [(1-nu) E:E + nu tr(E)^2], C = E t/(1-nu^2)."""
     trace = strain[0, 0] + strain[1, 1]
     square = strain[0, 0] ** 2 + strain[1, 1] ** 2 + 2 * strain[0, 1] ** 2
@@ -148,7 +149,7 @@ class Isotropic(Film):
         """All of it."""
         return 1.0, 1.0
 
-    def energy(self, strain: Any, number: Number = float) -> Any:
+    def energy(self, strain: Expr, number: Number = float) -> Any:
         """E t/(2(1 - nu^2)) [(1 - nu) E:E + nu (tr E)^2]."""
         return _plane_stress(strain, number(self.Et), number(self.nu))
 
@@ -160,7 +161,7 @@ def _check_share(share: float) -> None:
         )
 
 
-def require_film(film: Any) -> None:
+def require_film(film: Unchecked) -> None:
     """Refuse what is no film law, or the class of one, with an InputError."""
     if isinstance(film, type) and issubclass(film, Film):
         raise InputError(f"film is the class {film.__name__}; make one of it, {film.__name__}()")

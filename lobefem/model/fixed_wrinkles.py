@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from lobefem.model.film import Film, Number, _check_share, _plane_stress
+from lobefem.typing import Expr
 
 import ufl
 
@@ -37,7 +38,7 @@ class FixedWrinkles(Film):
         """`slack_stiffness`, both."""
         return self.slack_stiffness, self.slack_stiffness
 
-    def energy(self, strain: Any, number: Number = float) -> Any:
+    def energy(self, strain: Expr, number: Number = float) -> Any:
         """E t/2 (m . E m)^2, m the meridian."""
         wrinkled = number(self.Et) / 2 * strain[0, 0] ** 2
         if not self.slack_stiffness:
@@ -45,13 +46,13 @@ class FixedWrinkles(Film):
         share = number(self.slack_stiffness)
         return (1 - share) * wrinkled + share * _plane_stress(strain, number(self.Et), number(self.nu))
 
-    def prestrain(self, resultant: Any, number: Number = float, hoop_slack: float = 0.0) -> Any:
+    def prestrain(self, resultant: Expr, number: Number = float, hoop_slack: float = 0.0) -> Any:
         """diag(N/(E t), 0); the share's own Poisson stress is zero with -nu N/(E t) in the hoop."""
         if self.slack_stiffness:
             return super().prestrain(resultant, number, hoop_slack)
         return ufl.as_matrix([[resultant / number(self.Et), 0], [0, 0]])
 
-    def regions(self, strain: Any, number: Number = float) -> tuple[Any, Any, Any]:
+    def regions(self, strain: Expr, number: Number = float) -> tuple[Any, Any, Any]:
         """Wrinkled everywhere but where the meridian is shortened: slack there."""
         slack = ufl.conditional(ufl.lt(strain[0, 0], 0), 1.0, 0.0)
         return 0 * slack, 1 - slack, slack

@@ -19,6 +19,7 @@ from typing import Any
 from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.model.kinematics import Frame, area_vector
+from lobefem.typing import Constant, Expr
 
 import ufl
 
@@ -51,19 +52,19 @@ class GasPressure:
             raise InputError(f"pressure load '{self.convention}' is unknown; use 'film' or 'closed'")
 
 
-def film_volume(x: Any, frame: Frame) -> Any:
+def film_volume(x: Expr, frame: Frame) -> Any:
     """The undeformed film's part of the enclosed volume per area, X . n/3 [m]."""
     return ufl.dot(x, frame.n) / 3
 
 
-def _area_change(u: Any, frame: Frame) -> Any:
+def _area_change(u: Expr, frame: Frame) -> Any:
     """Current area vector less the reference normal, per reference area."""
     gradient = ufl.grad(u)
     g_m, g_h = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
     return ufl.cross(g_m, frame.h) + ufl.cross(frame.m, g_h) + ufl.cross(g_m, g_h)
 
 
-def film_moment_change(u: Any, x: Any, frame: Frame, axis: Any, level: Any) -> Any:
+def film_moment_change(u: Expr, x: Expr, frame: Frame, axis: Expr, level: Constant) -> Any:
     """Change of the film's part of W per reference area, z^2/2 along the axis through its area [m^2].
 
     Args:
@@ -78,7 +79,7 @@ def film_moment_change(u: Any, x: Any, frame: Frame, axis: Any, level: Any) -> A
     return (z * rise + rise**2 / 2) * (ufl.dot(frame.n, axis) + change) + z**2 / 2 * change
 
 
-def film_volume_change(u: Any, x: Any, frame: Frame) -> Any:
+def film_volume_change(u: Expr, x: Expr, frame: Frame) -> Any:
     """Change of the film's part of the volume per reference area, (x . n da - X . n)/3 [m].
 
     Expanded in u: energies that a line search compares differ by 1e-10 of -p V, and the difference
@@ -93,6 +94,6 @@ def film_volume_change(u: Any, x: Any, frame: Frame) -> Any:
     return (ufl.dot(u, frame.n + change) + ufl.dot(x, change)) / 3
 
 
-def pressure_work(u: Any, v: Any, frame: Frame) -> Any:
+def pressure_work(u: Expr, v: Expr, frame: Frame) -> Any:
     """Work of unit pressure on the film per reference area, v . n da [m]."""
     return ufl.dot(v, area_vector(u, frame))

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 from lobefem import checks
 from lobefem.model.film import Number
 from lobefem.model.tension_field import TensionField
+from lobefem.typing import Expr
 
 import ufl
 
@@ -39,11 +40,11 @@ class IMP(TensionField):
         super().__post_init__()
         checks.one_of("tangent", self.tangent, TANGENTS)
 
-    def stress(self, strain: Any, number: Number = float) -> Any:
+    def stress(self, strain: Expr, number: Number = float) -> Any:
         """S = D(E) E [N/m]."""
         return self.secant(strain, strain, number)
 
-    def secant(self, at: Any, strain: Any, number: Number = float) -> Any:
+    def secant(self, at: Expr, strain: Expr, number: Number = float) -> Any:
         """D(at) strain [N/m], 2x2, the share `slack_stiffness` of D_t blended in."""
         taut, square = self._test(at, number)
         # the untaken branch is evaluated too: keep its root away from 0/0
@@ -61,7 +62,7 @@ class IMP(TensionField):
             s.append((1 - share) * relaxed + share * isotropic[i])
         return ufl.as_matrix([[s[0], s[2]], [s[2], s[1]]])
 
-    def _test(self, strain: Any, number: Number) -> tuple[Any, Any]:
+    def _test(self, strain: Expr, number: Number) -> tuple[Any, Any]:
         """True if the film is taut, and ((e1 - e2)/2)^2.
 
         The minor principal stress is (1 + nu) mean - (1 - nu) radius; its sign needs no root.
@@ -76,12 +77,12 @@ class IMP(TensionField):
         D_t = ufl.as_matrix([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
         return number(self.Et) / (1 - nu**2) * D_t
 
-    def _carried(self, stress: Any) -> Any:
+    def _carried(self, stress: Expr) -> Any:
         """The stress (S_11, S_22, S_12) that taut film carries, of D_t E."""
         return stress
 
 
-def _components(strain: Any) -> Any:
+def _components(strain: Expr) -> Any:
     """(E_11, E_22, 2 E_12)."""
     return ufl.as_vector([strain[0, 0], strain[1, 1], 2 * strain[0, 1]])
 
@@ -111,13 +112,13 @@ class PrescribedPath(IMP):
     def one_sided(self) -> None:
         """None: the stress jumps, not its derivative alone."""
 
-    def energy(self, strain: Any, number: Number = float) -> None:
+    def energy(self, strain: Expr, number: Number = float) -> None:
         """None: there is no energy."""
 
-    def _carried(self, stress: Any) -> Any:
+    def _carried(self, stress: Expr) -> Any:
         return ufl.as_vector([stress[0], 0.0, stress[2]])
 
-    def removed_strain(self, strain: Any, number: Number = float, hoop_slack: float = 0.0) -> Any:
+    def removed_strain(self, strain: Expr, number: Number = float, hoop_slack: float = 0.0) -> Any:
         """The strain E0 that takes the hoop stress N_h of taut film away: (nu N_h, -N_h)/(E t).
 
         Tension-field film with E0 built in carries in the same shape what this law carries, exactly

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from lobefem.typing import Expr, Mesh
+
 import ufl
 
 __all__ = [
@@ -35,11 +37,11 @@ class Frame(NamedTuple):
     n: Any
 
 
-def _unit(vector: Any) -> Any:
+def _unit(vector: Expr) -> Any:
     return vector / ufl.sqrt(ufl.dot(vector, vector))
 
 
-def revolved_frame(mesh: Any, axis: Any, origin: Any = (0.0, 0.0, 0.0)) -> Frame:
+def revolved_frame(mesh: Mesh, axis: Expr, origin: Expr = (0.0, 0.0, 0.0)) -> Frame:
     """The frame of a surface of revolution about `axis`, a unit vector, through the point `origin`.
 
     The hoop direction is axis x (X - origin) projected on the element's own plane, so that it stays a tangent
@@ -51,7 +53,7 @@ def revolved_frame(mesh: Any, axis: Any, origin: Any = (0.0, 0.0, 0.0)) -> Frame
     return Frame(ufl.cross(h, n), h, n)
 
 
-def tangent_frame(mesh: Any, direction: Any) -> Frame:
+def tangent_frame(mesh: Mesh, direction: Expr) -> Frame:
     """The frame whose first vector is `direction` (3,) projected on the surface, for flat films."""
     n = ufl.CellNormal(mesh)
     d = ufl.as_vector(list(direction))
@@ -59,7 +61,7 @@ def tangent_frame(mesh: Any, direction: Any) -> Frame:
     return Frame(m, ufl.cross(n, m), n)
 
 
-def green_lagrange(u: Any, frame: Frame) -> Any:
+def green_lagrange(u: Expr, frame: Frame) -> Any:
     """Green-Lagrange strain of the film in its frame, 2x2, E_ab = (x_,a . x_,b - X_,a . X_,b)/2."""
     g_m, g_h = ufl.dot(ufl.grad(u), frame.m), ufl.dot(ufl.grad(u), frame.h)
     e_mm = ufl.dot(frame.m, g_m) + ufl.dot(g_m, g_m) / 2
@@ -68,13 +70,13 @@ def green_lagrange(u: Any, frame: Frame) -> Any:
     return ufl.as_matrix([[e_mm, e_mh], [e_mh, e_hh]])
 
 
-def area_vector(u: Any, frame: Frame) -> Any:
+def area_vector(u: Expr, frame: Frame) -> Any:
     """Current normal times current area per reference area, (F m) x (F h), outwards."""
     gradient = ufl.grad(u)
     return ufl.cross(frame.m + ufl.dot(gradient, frame.m), frame.h + ufl.dot(gradient, frame.h))
 
 
-def true_resultants(S: Any, u: Any, frame: Frame, x: Any, axis: Any) -> Any:
+def true_resultants(S: Expr, u: Expr, frame: Frame, x: Expr, axis: Expr) -> Any:
     """True stress resultants (N_phi, N_theta, N_phitheta) of the deformed film, F S F^T/J.
 
     Args:
@@ -93,13 +95,13 @@ def true_resultants(S: Any, u: Any, frame: Frame, x: Any, axis: Any) -> Any:
     h = _unit(around - ufl.dot(around, n) * n)
     m = ufl.cross(h, n)
 
-    def component(a: Any, b: Any) -> Any:
+    def component(a: Expr, b: Expr) -> Any:
         return sum(S[i, j] * ufl.dot(f[i], a) * ufl.dot(f[j], b) for i in range(2) for j in range(2)) / J
 
     return ufl.as_vector([component(m, m), component(h, h), component(m, h)])
 
 
-def edge_strain(u: Any, mesh: Any, side: str | None = None) -> Any:
+def edge_strain(u: Expr, mesh: Mesh, side: str | None = None) -> Any:
     """Green-Lagrange strain of an edge along itself, (|F t|^2 - 1)/2, t = n x (edge normal).
 
     Args:

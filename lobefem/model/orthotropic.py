@@ -24,6 +24,7 @@ import numpy as np
 from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.model.film import Film, _check_share
+from lobefem.typing import Expr, Scalar
 
 import ufl
 
@@ -105,11 +106,11 @@ class Orthotropic(Film):
         """G12 over Huber's estimate E/(2(1 + nu))."""
         return 1.0 if self.G12 is None else self.G12 * 2 * (1 + self.nu) / self.E
 
-    def energy(self, strain: Any, number: Number = float) -> Any:
+    def energy(self, strain: Expr, number: Number = float) -> Any:
         """t/(2(1 - nu12 nu21)) (E1 E11^2 + E2 E22^2 + 2 nu21 E1 E11 E22) + 2 G12 t E12^2."""
         return self._full(self._stretched(strain, number), number)
 
-    def prestrain(self, resultant: Any, number: Number = float, hoop_slack: float = 0.0) -> Any:
+    def prestrain(self, resultant: Expr, number: Number = float, hoop_slack: float = 0.0) -> Any:
         """The strain that carries the meridional `resultant` [N/m] with no hoop stress, less the slack.
 
         S : N m m; for material axes along the frame's diag(N/(E1 t), -nu12 N/(E1 t) - s).
@@ -125,7 +126,7 @@ class Orthotropic(Film):
         mm, hh, mh = (resultant * number(value / self.thickness) for value in (along, across, shear))
         return ufl.as_matrix([[mm, mh], [mh, hh - (number(hoop_slack) if hoop_slack else 0)]])
 
-    def regions(self, strain: Any, number: Number = float) -> tuple[Any, Any, Any]:
+    def regions(self, strain: Expr, number: Number = float) -> tuple[Any, Any, Any]:
         """Indicators (1 or 0) of taut, wrinkled and slack film at a strain.
 
         Taut where the minor principal stress of the plain law is positive, slack where no principal
@@ -140,7 +141,7 @@ class Orthotropic(Film):
         slack = ufl.conditional(ufl.le(m + ufl.sqrt(d**2 + q**2), 0), 1.0, 0.0) * (1 - taut)
         return taut, 1 - taut - slack, slack
 
-    def _stretched(self, strain: Any, number: Number) -> _Stretched:
+    def _stretched(self, strain: Expr, number: Number) -> _Stretched:
         """The strain in stretched material axes."""
         E11, E22, E12 = strain[0, 0], strain[1, 1], strain[0, 1]
         if self.angle:
@@ -196,16 +197,16 @@ class OrthotropicTensionField(Orthotropic):
     by_stress: ClassVar[bool] = True
     tangent: ClassVar[str] = "consistent"
 
-    def energy(self, strain: Any, number: Number = float) -> Any:
+    def energy(self, strain: Expr, number: Number = float) -> Any:
         """(1 - k) w + k w_plain."""
         return self._blend(strain, strain, number)
 
-    def stress(self, strain: Any, number: Number = float) -> Any:
+    def stress(self, strain: Expr, number: Number = float) -> Any:
         """Stress resultants [N/m]: the energy's gradient at the direction of tension, 2x2."""
         varied = ufl.variable(strain)
         return ufl.sym(ufl.diff(self._blend(varied, strain, number), varied))
 
-    def _blend(self, strain: Any, directing: Any, number: Number) -> Any:
+    def _blend(self, strain: Expr, directing: Expr, number: Number) -> Any:
         """The energy, with the direction that belongs to the `directing` strain, and that one's state."""
         stretched, found = self._stretched(strain, number), self._stretched(directing, number)
         relaxed, plain = self._relaxed(stretched, found, number), self._full(stretched, number)
@@ -234,12 +235,20 @@ class OrthotropicTensionField(Orthotropic):
         return ufl.conditional(taut, self._full(strain, number), pulled)
 
 
-def _gamma(nu: Any, ratio: Any) -> Any:
+def _gamma(nu: Scalar, ratio: Scalar) -> Any:
     """The gamma of the directional compliance (1 + gamma sin^2 2x)/E of stretched film."""
     return (1 + nu) / 2 * (1 / ratio - 1)
 
 
-def _direction(mean: Any, C: Any, S: Any, nu: Any, ratio: Any, scheme: tuple[int, ...], sqrt: Any) -> Any:
+def _direction(
+    mean: Scalar,
+    C: Scalar,
+    S: Scalar,
+    nu: Scalar,
+    ratio: Scalar,
+    scheme: tuple[int, ...],
+    sqrt: Callable[[Scalar], Scalar],
+) -> Any:
     """Cosine X and sine Y of twice the angle x of the tension of wrinkled film, in stretched axes.
 
     With the mean strain and the deviator (C, S) over the deviator's size, the strain along x is
@@ -268,7 +277,7 @@ def _direction(mean: Any, C: Any, S: Any, nu: Any, ratio: Any, scheme: tuple[int
     return X, Y
 
 
-def _newton_step(mean: Any, C: Any, S: Any, gamma: Any, X: Any, Y: Any) -> Any:
+def _newton_step(mean: Scalar, C: Scalar, S: Scalar, gamma: Scalar, X: Scalar, Y: Scalar) -> Any:
     """Newton's step in 2x for 2 p' s - p s' = 0, which makes p^2/s stationary."""
     p, dp = mean + C * X + S * Y, S * X - C * Y
     s, ds, dds = 1 + gamma * Y**2, 2 * gamma * X * Y, 2 * gamma * (X**2 - Y**2)

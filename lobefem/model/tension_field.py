@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from lobefem.model.film import Film, Isotropic, Number, _check_share, _plane_stress, _principal
+from lobefem.typing import Expr
 
 import ufl
 
@@ -50,7 +51,7 @@ class TensionField(Film):
             Isotropic(**material),
         )
 
-    def energy(self, strain: Any, number: Number = float) -> Any:
+    def energy(self, strain: Expr, number: Number = float) -> Any:
         """(1 - k) w + k w_iso."""
         relaxed = self._relaxed(strain, number)
         if not self.slack_stiffness:
@@ -59,7 +60,7 @@ class TensionField(Film):
         isotropic = _plane_stress(strain, number(self.Et), number(self.nu))
         return (1 - share) * relaxed + share * isotropic
 
-    def _relaxed(self, strain: Any, number: Number) -> Any:
+    def _relaxed(self, strain: Expr, number: Number) -> Any:
         """The relaxed energy w, written state by state.
 
         The taut state is the isotropic energy and needs no root: unstrained film, e1 = e2 = 0,
@@ -91,7 +92,7 @@ class WrinkledField(TensionField):
     def one_sided(self) -> None:
         """None: it is one of the sides."""
 
-    def _relaxed(self, strain: Any, number: Number) -> Any:
+    def _relaxed(self, strain: Expr, number: Number) -> Any:
         mean = (strain[0, 0] + strain[1, 1]) / 2
         square = ((strain[0, 0] - strain[1, 1]) / 2) ** 2 + strain[0, 1] ** 2
         strained = ufl.gt(square, 0)
@@ -99,7 +100,7 @@ class WrinkledField(TensionField):
         major = mean + ufl.conditional(strained, ufl.sqrt(ufl.conditional(strained, square, 1.0)), 0.0)
         return ufl.conditional(ufl.gt(major, 0), number(self.Et) / 2 * major**2, 0.0)
 
-    def regions(self, strain: Any, number: Number = float) -> tuple[Any, Any, Any]:
+    def regions(self, strain: Expr, number: Number = float) -> tuple[Any, Any, Any]:
         """Wrinkled everywhere but where no principal strain is positive: slack there."""
         major, _ = _principal(strain)
         slack = ufl.conditional(ufl.le(major, 0), 1.0, 0.0)

@@ -6,62 +6,106 @@ distorted balloon does when it is released. It writes no file and draws nothing.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lobefem.faces import face
 from lobefem.linalg import dolfinx_compat as _dolfinx_compat  # first: it finds the stack
 
 if TYPE_CHECKING:
-    from lobefem.stability.continuum import continuum_pressure
+    from lobefem.stability.branch_following import Branch, follow
+    from lobefem.stability.continuum import continuum_pressure, unstable_from
+    from lobefem.stability.cyclic import Sector, sector_balloon
+    from lobefem.stability.gore_modes import GoreMode
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
-    from lobefem.stability.mesh_convergence import MeshStudy, mesh_study
+    from lobefem.stability.mesh_convergence import MeshStudy, Trend, mesh_study
     from lobefem.stability.modes import Mode, Modes, find_modes
     from lobefem.stability.nonlinear_buckling import CriticalPoint, critical_point
-    from lobefem.stability.perturbation import Perturbed, perturb
+    from lobefem.stability.one_sided import (
+        OneSidedModes,
+        OneSidedPressures,
+        one_sided_charts,
+        one_sided_modes,
+        one_sided_pressures,
+        slack_critical_pressure,
+    )
+    from lobefem.stability.perturbation import Perturbed, Point, perturb
     from lobefem.stability.relaxation import Released, release
-    from lobefem.stability.tracing import Trace, trace
-
-__all__ = [
-    "CriticalPoint",
-    "CriticalPressure",
-    "HarmonicPressures",
-    "MeshStudy",
-    "Mode",
-    "Modes",
-    "Perturbed",
-    "Released",
-    "Trace",
-    "continuum_pressure",
-    "critical_point",
-    "critical_pressure",
-    "find_modes",
-    "harmonic_pressures",
-    "mesh_study",
-    "perturb",
-    "release",
-    "trace",
-]
+    from lobefem.stability.sector_modes import SectorMode
+    from lobefem.stability.tracing import Trace, branches, trace
 
 _HOME = {
+    "Branch": "branch_following",
     "CriticalPoint": "nonlinear_buckling",
     "CriticalPressure": "linear_buckling",
+    "GoreMode": "gore_modes",
     "HarmonicPressures": "harmonic_buckling",
     "MeshStudy": "mesh_convergence",
     "Mode": "modes",
     "Modes": "modes",
+    "OneSidedModes": "one_sided",
+    "OneSidedPressures": "one_sided",
     "Perturbed": "perturbation",
+    "Point": "perturbation",
     "Released": "relaxation",
+    "Sector": "cyclic",
+    "SectorMode": "sector_modes",
     "Trace": "tracing",
+    "Trend": "mesh_convergence",
+    "branches": "tracing",
     "continuum_pressure": "continuum",
     "critical_point": "nonlinear_buckling",
     "critical_pressure": "linear_buckling",
     "find_modes": "modes",
+    "follow": "branch_following",
     "harmonic_pressures": "harmonic_buckling",
     "mesh_study": "mesh_convergence",
+    "one_sided_charts": "one_sided",
+    "one_sided_modes": "one_sided",
+    "one_sided_pressures": "one_sided",
     "perturb": "perturbation",
     "release": "relaxation",
+    "sector_balloon": "cyclic",
+    "slack_critical_pressure": "one_sided",
     "trace": "tracing",
+    "unstable_from": "continuum",
 }
 
-__getattr__ = face(__name__, _HOME)
+__all__ = [
+    "Branch",
+    "CriticalPoint",
+    "CriticalPressure",
+    "GoreMode",
+    "HarmonicPressures",
+    "MeshStudy",
+    "Mode",
+    "Modes",
+    "OneSidedModes",
+    "OneSidedPressures",
+    "Perturbed",
+    "Point",
+    "Released",
+    "Sector",
+    "SectorMode",
+    "Trace",
+    "Trend",
+    "branches",
+    "continuum_pressure",
+    "critical_point",
+    "critical_pressure",
+    "find_modes",
+    "follow",
+    "harmonic_pressures",
+    "mesh_study",
+    "one_sided_charts",
+    "one_sided_modes",
+    "one_sided_pressures",
+    "perturb",
+    "release",
+    "sector_balloon",
+    "slack_critical_pressure",
+    "trace",
+    "unstable_from",
+]
+
+__getattr__, __dir__ = face(__name__, _HOME)

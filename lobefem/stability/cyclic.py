@@ -37,7 +37,7 @@ from lobefem.linalg.dolfinx_compat import geometry_dofmap
 from lobefem.model.end_plates import PlateLoad
 from lobefem.model.self_contact import SelfContact
 from lobefem.stability.free_rotations import rotations_in_q
-from lobefem.typing import Array, ComplexArray, Integers
+from lobefem.typing import Array, ComplexArray, Indices, Integers, Sparse, Vec
 
 from mpi4py import MPI
 
@@ -108,7 +108,7 @@ class Sector:
 
     def __init__(self, balloon: Balloon) -> None:
         self.balloon = sector_balloon(balloon)
-        self.order = int(self.balloon.surface.cyclic_order)
+        self.order = self.balloon.surface.cyclic_order or 1  # `sector_balloon` has refused others
         constraint = self.balloon.map
         self._span = float(np.abs(cylindrical(self.balloon)[1]).max())
         places = self._places(self.balloon)
@@ -184,12 +184,12 @@ class Sector:
         plates: Any = sp.vstack([sp.csr_matrix((3 * len(self._far), basis.shape[1])), sp.csr_matrix(basis)])
         return sp.hstack([film, plates]).tocsr()
 
-    def reduce(self, matrix: Any, harmonic: int) -> Any:
+    def reduce(self, matrix: Sparse, harmonic: int) -> Any:
         """A_n = N J_n^H A J_n of a SciPy or PETSc matrix in the sector's q, as a SciPy matrix."""
         J = self.jacobian(harmonic)
         return (self.order * (J.conj().T @ as_scipy(matrix) @ J)).tocsr()
 
-    def curvature(self, q: Any, left: ComplexArray, right: ComplexArray, harmonic: int) -> complex:
+    def curvature(self, q: Vec, left: ComplexArray, right: ComplexArray, harmonic: int) -> complex:
         """z^H K_n x, integrated over the film without assembling K (see `Balloon.second_variation`).
 
         Args:
@@ -210,7 +210,7 @@ class Sector:
         imag = form(q, z_re, x_im) - form(q, z_im, x_re)
         return self.order * complex(real, imag)
 
-    def rotation(self, q: Any, mass: Any, harmonic: int) -> ComplexArray | None:
+    def rotation(self, q: Vec, mass: Sparse, harmonic: int) -> ComplexArray | None:
         """The rigid rotation that the supports leave, in q_n; None without one.
 
         The whole balloon's two make one complex wave of n = 1 and its conjugate.
@@ -257,7 +257,7 @@ class Sector:
         real.array[:], imag.array[:] = values.real, values.imag
         return real, imag
 
-    def restrict(self, whole: Balloon, q: Any) -> Any:
+    def restrict(self, whole: Balloon, q: Vec) -> Any:
         """The sector's q of a whole balloon's state that is the same in every sector. Collective.
 
         Raises:
@@ -265,7 +265,7 @@ class Sector:
         """
         if whole.map.tied:  # the state of one sector: the same film, its cuts untied
             whole.set_unknowns(q)
-            return self.balloon.map.unknowns(whole.u, whole._w)
+            return self.balloon.unknowns_of(whole)
         if whole.contact is not None:
             whole.set_unknowns(q)
             if whole.contact.measure(whole.u).pairs:
@@ -315,7 +315,7 @@ class Sector:
             raise InputError("a single harmonic needs nodes that are free or held in all components")
         return self._lie(balloon, nodes)
 
-    def _lie(self, balloon: Balloon, nodes: Any) -> _Places:
+    def _lie(self, balloon: Balloon, nodes: Integers | Indices) -> _Places:
         """Of some of the nodes that this rank owns."""
         return self._lie_at(balloon, _own_nodes(balloon)[nodes])
 

@@ -24,14 +24,14 @@ from lobefem.fem.balloon import Balloon
 from lobefem.fem.rigid_motions import free_to_rotate
 from lobefem.fem.rigid_plates import rotation
 from lobefem.linalg.slepc import Pair
-from lobefem.typing import Array
+from lobefem.typing import Array, Mat, Vec
 
 from petsc4py import PETSc
 
 __all__ = ["FreeRotations", "rotations_in_q"]
 
 
-def rotations_in_q(balloon: Balloon, q: Any) -> list[Any]:
+def rotations_in_q(balloon: Balloon, q: Vec) -> list[Any]:
     """The rigid rotations about the bottom plate's centre that the supports leave, as changes of q.
 
     The k-th one turns the plate along its k-th tilt, and all else along with it. None where something
@@ -81,7 +81,7 @@ class FreeRotations:
     Collective.
     """
 
-    def __init__(self, balloon: Balloon, q: Any, B: Any) -> None:
+    def __init__(self, balloon: Balloon, q: Vec, B: Mat) -> None:
         self.vectors: list[Any] = []
         self._columns: list[Any] = []  # B t
         for t in rotations_in_q(balloon, q):
@@ -98,7 +98,7 @@ class FreeRotations:
     def __len__(self) -> int:
         return len(self.vectors)
 
-    def bordered(self, A: Any, *, constrained: bool = True) -> Any:
+    def bordered(self, A: Mat, *, constrained: bool = True) -> Any:
         """A with the constraint's rows and columns at its end; A itself where there are none. Collective.
 
         Args:
@@ -126,7 +126,7 @@ class FreeRotations:
         csr = [a.astype(PETSc.IntType) for a in (pointers, columns)]
         return PETSc.Mat().createAIJ(((local, None), (local, None)), csr=(*csr, values), comm=A.getComm())
 
-    def cut(self, v: Any) -> Any:
+    def cut(self, v: Vec) -> Any:
         """The part in q of a vector of a bordered matrix. Collective."""
         if not self.vectors:
             return v
@@ -140,7 +140,7 @@ class FreeRotations:
             return solve
         right, left = bordered.createVecs()
 
-        def constrained(b: Any, x: Any) -> None:
+        def constrained(b: Vec, x: Vec) -> None:
             left.set(0.0)
             left.array[: b.getLocalSize()] = b.array_r
             solve(left, right)
@@ -167,7 +167,7 @@ class FreeRotations:
             found.append(Pair(complex(value), x, y))
         return found
 
-    def project(self, r: Any) -> None:
+    def project(self, r: Vec) -> None:
         """Take out of a residual what the constraint bears, in place. Collective."""
         for t, column in zip(self.vectors, self._columns, strict=True):
             r.axpy(-t.dot(r), column)

@@ -261,7 +261,7 @@ def modes_of_sector(
     sector = GoreSector(balloon)
     loose = sector.balloon
     balloon.set_unknowns(q)
-    own = loose.map.unknowns(balloon.u, balloon._w)
+    own = loose.unknowns_of(balloon)
     K, M = sector.aligned(loose.tangent(own)), sector.aligned(loose.mass(own))
     condensed: Condensed | None = None
     shift, found = -abs(scale), []

@@ -26,7 +26,7 @@ from lobefem.model.film import require_one_tangent
 from lobefem.progress import said
 from lobefem.stability.cyclic import Sector, own_pairs
 from lobefem.stability.fourier import kind_of
-from lobefem.typing import ComplexArray
+from lobefem.typing import Comm, ComplexArray, Sparse
 
 from mpi4py import MPI
 
@@ -107,7 +107,7 @@ def harmonic_pressures(
     balloon: Balloon,
     harmonics: int | Iterable[int] | None = None,
     *,
-    comm: Any = None,
+    comm: Comm | None = None,
     at: tuple[float, float] = LINEAR,
     known: Mapping[int, Row] = MappingProxyType({}),
     keep: Callable[[dict[int, Row]], None] | None = None,
@@ -150,6 +150,7 @@ def harmonic_pressures(
         solve_harmonics(sector, rest, 1, comm=comm, at=at, each=found, progress=progress)
     pressures, kinds, residuals = zip(*(rows[n] for n in chosen), strict=True)
     surface = balloon.surface
+    assert surface.divisions is not None  # it has sectors
     return HarmonicPressures(chosen, pressures, kinds, residuals, surface.divisions, surface.num_lobes)
 
 
@@ -158,7 +159,7 @@ def solve_harmonics(
     harmonics: Sequence[int],
     count: int,
     *,
-    comm: Any,
+    comm: Comm,
     at: tuple[float, float] = LINEAR,
     each: Callable[[dict[int, OneHarmonic]], None] | None = None,
     progress: Callable[[str], None] | None = None,
@@ -238,7 +239,7 @@ class FixedShapePencil:
             self.band = Band(abs(rest[0]) + abs(rest[1]))
             self._bands = self.band.pack(rest[0]), self.band.pack(rest[1])
 
-    def _rest(self, A: Any) -> Any:
+    def _rest(self, A: Sparse) -> Any:
         """A without the row and column of the tilt, where the balloon turns freely."""
         if self._c is None:
             return A
@@ -350,7 +351,7 @@ def require_prestress(balloon: Balloon) -> None:
 
 def pressure_limit(balloon: Balloon) -> float:
     """A pressure [Pa] beyond all reason: N_phi = 10 E t at the equator, a film strain of 1000 %."""
-    shape = balloon.surface.shape
+    shape: Any = balloon.surface.lobe
     return 10 * balloon.film.Et / float(shape.meridional_resultant(1.0, shape.R0))
 
 

@@ -11,13 +11,14 @@ from typing import Any
 
 from lobefem.linalg import petsc
 from lobefem.linalg.slepc import Pair
+from lobefem.typing import EPS, Mat
 
 from petsc4py import PETSc
 
 __all__ = ["as_many", "num_below", "num_proved", "shift_below", "vary"]
 
 
-def shift_below(first: float, eps: Any, K: Any, B: Any, symmetric: bool, borders: int) -> float:
+def shift_below(first: float, eps: EPS, K: Mat, B: Mat, symmetric: bool, borders: int) -> float:
     """A shift below every eigenvalue's real part, by inertia of K's symmetric part; `eps` has it then.
 
     Where K is symmetric the factorisation that proves it is the one that the solver inverts with. No
@@ -42,7 +43,7 @@ def shift_below(first: float, eps: Any, K: Any, B: Any, symmetric: bool, borders
     return shift
 
 
-def vary(eps: Any, shift: float, pairs: Sequence[Pair], wanted: int, idle: int) -> None:
+def vary(eps: EPS, shift: float, pairs: Sequence[Pair], wanted: int, idle: int) -> None:
     """Ready the solver for a run: about the shift, or after one that brought nothing new in another way.
 
     That is with more vectors, and about a shift that is closer to the lowest value known.
@@ -58,7 +59,7 @@ def vary(eps: Any, shift: float, pairs: Sequence[Pair], wanted: int, idle: int) 
     eps.getST().setShift(place)
 
 
-def num_below(eps: Any, value: float, borders: int) -> int:
+def num_below(eps: EPS, value: float, borders: int) -> int:
     """Number of eigenvalues below a value, by the inertia of a solver's own factorisation there. Collective.
 
     Each row of a constraint in the solver's matrices is one negative eigenvalue more of theirs. Where the
@@ -80,7 +81,7 @@ def num_below(eps: Any, value: float, borders: int) -> int:
     return int(ksp.getPC().getFactorMatrix().getInertia()[0]) - borders
 
 
-def num_proved(eps: Any, pairs: list[Pair], count: int, shift: float, borders: int) -> int | None:
+def num_proved(eps: EPS, pairs: list[Pair], count: int, shift: float, borders: int) -> int | None:
     """Number of the lowest pairs that are all below a gap past the wanted ones, by inertia.
 
     None where copies are missing, 0 where no gap is among the pairs. The solver's shift stays as it was.
@@ -93,7 +94,7 @@ def num_proved(eps: Any, pairs: list[Pair], count: int, shift: float, borders: i
     return 0
 
 
-def as_many(K: Any, B: Any, pairs: list[Pair], count: int, shift: float, borders: int) -> bool:
+def as_many(K: Mat, B: Mat, pairs: list[Pair], count: int, shift: float, borders: int) -> bool:
     """True if as many pairs were found below a gap as K's symmetric part has there, or more.
 
     Its eigenvalues are close to K's, whose skew part is that of the plates' load alone. A state that kept
@@ -110,7 +111,7 @@ def as_many(K: Any, B: Any, pairs: list[Pair], count: int, shift: float, borders
     return True
 
 
-def _symmetric_part(K: Any, symmetric: bool) -> Any:
+def _symmetric_part(K: Mat, symmetric: bool) -> Any:
     if symmetric:
         return K
     transposed = K.transpose(PETSc.Mat())

@@ -30,6 +30,7 @@ from lobefem.stability.harmonic_buckling import (
     stable_below,
 )
 from lobefem.stability.modes import Mode, check_request, make_mode
+from lobefem.typing import Sparse
 
 from petsc4py import PETSc
 from slepc4py import SLEPc
@@ -170,13 +171,13 @@ def _of_full_model(balloon: Balloon, count: int, at: tuple[float, float]) -> Cri
     return CriticalPressure(pressures[0], mode, pressures, divisions)
 
 
-def _combine(K_m: Any, p: float, K_g: Any) -> Any:
+def _combine(K_m: Sparse, p: float, K_g: Sparse) -> Any:
     K = K_m.copy()
     K.axpy(p, K_g)
     return K
 
 
-def _of_film(K_m: Any, K_g: Any, plates: int) -> tuple[Any, Any]:
+def _of_film(K_m: Sparse, K_g: Sparse, plates: int) -> tuple[Any, Any]:
     """Two matrices without their last rows and columns, of the plates. Collective."""
     if not plates:
         return K_m, K_g
@@ -186,7 +187,7 @@ def _of_film(K_m: Any, K_g: Any, plates: int) -> tuple[Any, Any]:
     return K_m.createSubMatrix(film, film), K_g.createSubMatrix(film, film)
 
 
-def _is_stable(K_m: Any, K_g: Any, borders: int) -> Callable[[float], bool]:
+def _is_stable(K_m: Sparse, K_g: Sparse, borders: int) -> Callable[[float], bool]:
     """True if K(p) is positive definite under its constraint of so many rows, by inertia."""
 
     def stable(p: float) -> bool:

@@ -27,7 +27,7 @@ from lobefem.model.tension_field import TensionField
 from lobefem.progress import part, said
 from lobefem.stability.continuum import continuum_pressure, unstable_from
 from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
-from lobefem.typing import Array
+from lobefem.typing import Array, Comm
 
 __all__ = ["DIVISIONS", "LOW", "PUBLISHED", "Continuum", "MeshStudy", "Trend", "mesh_study", "trend"]
 
@@ -131,7 +131,7 @@ def mesh_study(
     *,
     harmonics: int | Iterable[int] = LOW,
     published: float | None = None,
-    comm: Any = None,
+    comm: Comm = None,
     known: Sequence[HarmonicPressures] = (),
     keep: Callable[[HarmonicPressures], None] | None = None,
     progress: Callable[[str], None] | None = None,
@@ -188,7 +188,7 @@ def mesh_study(
     h = [1 / around for _, around in meshes]
     lowest = trend(h, [chart.pressure for chart in charts])
     followed = {n: trend(h, [chart[n] for chart in charts]) for n in low}
-    shape = balloon.surface.shape
+    shape = balloon.surface.lobe
     continuum = tuple(_continuum(name, one, shape, low) for name, one in _sides(film))
     passed = None if published is None else _crossing(charts, published)
     study = MeshStudy(film.name, lobes, tuple(charts), lowest, followed, continuum, published, passed)
@@ -198,7 +198,7 @@ def mesh_study(
 def _is_the_papers(balloon: Balloon) -> bool:
     """True if a balloon is that of which the paper gives critical pressures, to the digits it gives."""
     # where load and supports are others they change harmonics 0 and 1 only
-    shape, film = balloon.surface.shape, balloon.film
+    shape, film = balloon.surface.lobe, balloon.film
     papers = FixedWrinkles()
     numbers = [(shape.edge_radius, 2.0), (film.Et, papers.Et), (film.nu, papers.nu)]
     return (

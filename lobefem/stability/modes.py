@@ -35,7 +35,7 @@ from lobefem.profiling import timed
 from lobefem.stability.fourier import dominant, kind_of, spectrum
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.inertia import as_many, num_below, num_proved, shift_below, vary
-from lobefem.typing import Array
+from lobefem.typing import Array, Vec
 
 from slepc4py import SLEPc
 
@@ -230,7 +230,7 @@ def find_modes(
     eps.setFromOptions()
     shift = shift_below(_scale(balloon), eps, K, B, symmetric, len(rotations))
 
-    def curvature(v: Any, u: Any) -> float:
+    def curvature(v: Vec, u: Vec) -> float:
         return balloon.second_variation(q, v, u)
 
     transposed = None if symmetric else rotations.through(st.getKSP().solveTranspose, A)
@@ -382,7 +382,7 @@ def _cyclic_order(state: Equilibrium) -> int:
     return order_of_symmetry if broken <= 1e-9 * math.sqrt(state.balloon.reference_area) else 0
 
 
-def _turns(balloon: Balloon, q: Any, real: Array, imag: Array) -> bool:
+def _turns(balloon: Balloon, q: Vec, real: Array, imag: Array) -> bool:
     """True if nodal displacements are those of a rigid rotation that the supports leave. Collective."""
     if not free_to_rotate(balloon):
         return False
@@ -391,7 +391,7 @@ def _turns(balloon: Balloon, q: Any, real: Array, imag: Array) -> bool:
     return all(is_turn(balloon, displacement, part) for part in (real, imag) if largest(balloon, part))
 
 
-def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float, harmonic: int | None = None) -> Mode:
+def make_mode(balloon: Balloon, q: Vec, pair: Pair, error: float, harmonic: int | None = None) -> Mode:
     """The `Mode` of an eigenvector in q. Collective.
 
     Args:

@@ -21,11 +21,11 @@ from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import displacement_of
 from lobefem.fem.rigid_motions import num_turns
 from lobefem.linalg import petsc
-from lobefem.stability.branches import follow
+from lobefem.stability.branch_following import follow
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.modes import Mode, Modes, find_modes
 from lobefem.stability.tracing import _check_state, _state
-from lobefem.typing import Array
+from lobefem.typing import Array, Mat, Vec
 
 from petsc4py import PETSc
 
@@ -285,7 +285,7 @@ def without_turns(state: Equilibrium, count: int) -> Modes:
     return replace(modes, modes=tuple(m for m in modes.modes if not m.rigid))
 
 
-def _load_rate(state: Equilibrium, q: Any) -> Any:
+def _load_rate(state: Equilibrium, q: Vec) -> Any:
     """The change dr/dp of the residual with the pressure, and the built-in stress with it. Collective."""
     balloon, p, p0 = state.balloon, state.pressure, state.prestress
     step = 1e-3 * abs(p)
@@ -300,7 +300,7 @@ def _load_rate(state: Equilibrium, q: Any) -> Any:
     return rate
 
 
-def _factor(matrix: Any, symmetric: bool) -> Any:
+def _factor(matrix: Mat, symmetric: bool) -> Any:
     ksp = PETSc.KSP().create(matrix.getComm())
     ksp.setOptionsPrefix("lobefem_path_")
     ksp.setOperators(matrix)
@@ -317,7 +317,7 @@ def _length(balloon: Balloon, displacement: Array) -> float:
     return math.sqrt(max(x.dot(y), 0.0))
 
 
-def _weighted(state: Equilibrium, q: Any, displacement: Array) -> Any:
+def _weighted(state: Equilibrium, q: Vec, displacement: Array) -> Any:
     """J^T M u of nodal displacements: B dq where they are u = J dq. Collective."""
     balloon = state.balloon
     M = balloon.mass_matrix()

@@ -36,7 +36,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 from lobefem import checks
 from lobefem.equilibrium.state import ideal_state
@@ -47,6 +46,7 @@ from lobefem.progress import part
 from lobefem.stability.harmonic_buckling import HarmonicPressures, Row, harmonic_pressures, pressure_limit
 from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
 from lobefem.stability.modes import Modes, check_request, find_modes
+from lobefem.typing import Comm
 
 __all__ = [
     "OneSidedModes",
@@ -164,7 +164,7 @@ def one_sided_charts(
     balloon: Balloon,
     harmonics: int | Iterable[int] | None = None,
     *,
-    comm: Any = None,
+    comm: Comm = None,
     known: Sequence[Mapping[int, Row]] = ({}, {}, {}),
     keep: Callable[[int, dict[int, Row]], None] | None = None,
     progress: Callable[[str], None] | None = None,

@@ -14,10 +14,12 @@ from typing import Any
 import numpy as np
 
 from lobefem.display import Summarized, Summary, number
-from lobefem.equilibrium.displacement_control import Increment, distort, release_start
+from lobefem.equilibrium.displacement_control import distort, release_start
 from lobefem.equilibrium.distortions import Distortion, require_distortion
-from lobefem.equilibrium.gradient_flow import Ledger, Record
+from lobefem.equilibrium.energy_ledger import Ledger
+from lobefem.equilibrium.gradient_flow import Record
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.ramp import Increment
 from lobefem.equilibrium.state import Checkpoint, Equilibrium, Keepable, Moment, require_whole
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
@@ -25,7 +27,7 @@ from lobefem.geometry.axis import across
 from lobefem.model.film import require_energy
 from lobefem.progress import plain
 from lobefem.stability.relaxation import Released, release
-from lobefem.typing import Array
+from lobefem.typing import Array, Vec
 
 __all__ = ["Perturbed", "Point", "perturb"]
 
@@ -282,7 +284,7 @@ class _Log:
         return float(balloon.pressure.value) * gained
 
     @staticmethod
-    def _plates_of(balloon: Balloon, q: Any) -> tuple[Array, Array]:
+    def _plates_of(balloon: Balloon, q: Vec) -> tuple[Array, Array]:
         """Area vectors and displacements of the plates (2, 3). Collective."""
         if balloon.motion is None:
             return np.zeros((2, 3)), np.zeros((2, 3))

@@ -13,7 +13,8 @@ from typing import Any
 
 from lobefem import checks
 from lobefem.display import Summarized, Summary, number
-from lobefem.equilibrium.gradient_flow import GradientFlow, Ledger, Record, damping_scale
+from lobefem.equilibrium.energy_ledger import Ledger
+from lobefem.equilibrium.gradient_flow import GradientFlow, Record, damping_scale
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.state import Equilibrium, Moment, Start
 from lobefem.errors import ConvergenceError, EigenError, InputError

@@ -14,7 +14,7 @@ from lobefem.files import on_all
 from lobefem.frozen import Frozen
 from lobefem.linalg.banded import HERMITIAN, as_scipy, asymmetry, lowest
 from lobefem.stability.cyclic import Sector, own_pairs
-from lobefem.typing import ComplexArray
+from lobefem.typing import Comm, ComplexArray, Sparse, Vec
 
 __all__ = ["SectorMode", "mass_matrix", "modes_of_harmonics"]
 
@@ -40,7 +40,7 @@ class SectorMode(NamedTuple):
 
 
 def modes_of_harmonics(
-    sector: Sector, q: Any, harmonics: Sequence[int], count: int, *, mass: str, scale: float, comm: Any
+    sector: Sector, q: Vec, harmonics: Sequence[int], count: int, *, mass: str, scale: float, comm: Comm
 ) -> list[SectorMode]:
     """The lowest modes of some harmonics together, dealt out to the ranks. Collective over `comm`.
 
@@ -100,7 +100,7 @@ class _Raw(Frozen):
 
     @classmethod
     def solve(
-        cls, sector: Sector, q: Any, K: Any, M: Any, revealing: Any, n: int, count: int, scale: float
+        cls, sector: Sector, q: Vec, K: Sparse, M: Sparse, revealing: Any, n: int, count: int, scale: float
     ) -> _Raw:
         K_n, M_n = sector.reduce(K, n), sector.reduce(M, n)
         rotation = sector.rotation(q, M_n, n)
@@ -114,13 +114,13 @@ class _Raw(Frozen):
         values, right, left = found
         return cls(n, sector.copies(n), K_n, M_n, values, right, left, skew, hermitian, rotation)
 
-    def turn(self, sector: Sector, q: Any) -> SectorMode:
+    def turn(self, sector: Sector, q: Vec) -> SectorMode:
         """The rigid rotation; what its value shows is the error of an equilibrium that is none."""
         assert self.rotation is not None
         value = complex(sector.curvature(q, self.rotation, self.rotation, self.harmonic).real)
         return SectorMode(self.harmonic, value, self.rotation, 0.0, self.asymmetry, self.hermitian)
 
-    def mode(self, sector: Sector, q: Any, k: int) -> SectorMode:
+    def mode(self, sector: Sector, q: Vec, k: int) -> SectorMode:
         x = self.right[:, k] / np.sqrt(np.vdot(self.right[:, k], self.M @ self.right[:, k]).real)
         z, M_x, K_x = x, self.M @ x, self.K @ x
         if self.left is not None:  # the left vector that is orthogonal to all other right ones
@@ -136,7 +136,7 @@ class _Raw(Frozen):
         return SectorMode(self.harmonic, value, x, float(error), self.asymmetry, self.hermitian)
 
 
-def _loaded(sector: Sector, q: Any, K: Any) -> Any:
+def _loaded(sector: Sector, q: Vec, K: Sparse) -> Any:
     """The tangent at a pressure beside which no asymmetry is round-off; None where there can be none."""
     balloon = sector.balloon
     if balloon.load.convention == "closed":
@@ -148,7 +148,7 @@ def _loaded(sector: Sector, q: Any, K: Any) -> Any:
     return found
 
 
-def mass_matrix(sector: Sector, q: Any, kind: str) -> Any:
+def mass_matrix(sector: Sector, q: Vec, kind: str) -> Any:
     """The mass of the sector's unknowns; each node on the cut has half of the "nodal" identity."""
     balloon = sector.balloon
     if kind == "unit":

@@ -19,7 +19,7 @@ from lobefem.equilibrium.state import Checkpoint, Equilibrium, ideal_state, requ
 from lobefem.errors import InputError, SolveError
 from lobefem.fem.balloon import Balloon
 from lobefem.linalg.banded import HERMITIAN, asymmetry, lowest
-from lobefem.stability.branches import Branch, follow, unclear
+from lobefem.stability.branch_following import Branch, follow, unclear
 from lobefem.stability.cyclic import Sector, own_pairs
 from lobefem.stability.fourier import kind_of
 from lobefem.stability.harmonic_buckling import sector_pencil
@@ -89,7 +89,7 @@ def trace(
         count: modes at each pressure.
         state: "ideal" or "inflated".
         mass: "unit" or "nodal".
-        refinements: how often a step is halved in which modes mix (see `lobefem.stability.branches.unclear`).
+        refinements: how often a step is halved in which modes mix (see `branch_following.unclear`).
         progress: called with a line of text now and then.
 
     Raises:

@@ -21,7 +21,7 @@ from lobefem.viz.style import COLOURS, MM, STYLE, UNITS
 from lobefem.viz.views import Panel, blank, paint, window
 
 if TYPE_CHECKING:
-    from lobefem.stability.branches import Branch
+    from lobefem.stability.branch_following import Branch
     from lobefem.stability.linear_buckling import CriticalPressure
     from lobefem.stability.modes import Mode, Modes
     from lobefem.stability.nonlinear_buckling import CriticalPoint
@@ -56,8 +56,7 @@ def eigenvalue_curves(
     among the lowest at one pressure only is a point.
 
     Args:
-        branches: from `lobefem.stability.tracing` or `lobefem.stability.branches`, over two pressures or
-            more.
+        branches: of `lobefem.stability`, over two pressures or more.
         mass: "unit" or "nodal", for the unit.
         title: over the figure.
         critical: its crossing is marked, with the harmonic and the mesh it depends on.

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from lobefem.io.run_reader import Run
-from lobefem.stability.branches import Branch
+from lobefem.stability.branch_following import Branch
 from lobefem.units import pascals
 from lobefem.viz import mode_figures, study_figures
 from lobefem.viz.style import COLOURS, LEDGER, MM, STYLE
@@ -368,7 +368,7 @@ def _study(results: Any) -> Any:
 
 
 def _history(results: Any) -> Any:
-    from lobefem.equilibrium.gradient_flow import Ledger
+    from lobefem.equilibrium.energy_ledger import Ledger
     from lobefem.stability.perturbation import Point
 
     factor = math.pi / 180 if results["unit"] == "degrees" else 1.0

@@ -95,7 +95,7 @@ def test_reduced_residual_and_tangent_are_products_with_the_jacobian(comm, plate
     w, dw, _ = balloon.map.plate_parameters(y)
     J = balloon.map.jacobian(w, dw)
     product, nodal = J.createVecs()
-    nodal.array[:] = balloon._residual_vector.array
+    nodal.array[:] = balloon.assembly.residual()
     J.multTranspose(nodal, product)
     n = balloon.map.free.size
     np.testing.assert_allclose(reduced.array_r[:n], product.array_r[:n], rtol=1e-14)
@@ -104,8 +104,7 @@ def test_reduced_residual_and_tangent_are_products_with_the_jacobian(comm, plate
     tail = gathered(comm, product.array_r)[-balloon.motion.size :] + plates_load
     found = gathered(comm, reduced.array_r)[-balloon.motion.size :]
     np.testing.assert_allclose(found, tail, rtol=1e-10, atol=1e-9)
-    balloon._full_tangent.assemble(balloon.forms.tangent)
-    K = balloon._full_tangent.whole()
+    K = balloon.assembly.tangent().whole()
     JT = PETSc.Mat().createTranspose(J)
     d, product = unknowns(balloon, wavy(x, 3), 0.0), q.duplicate()
     Jd, KJd = K.createVecs()

@@ -38,7 +38,7 @@ def test_an_elastic_bar_and_the_film_share_a_dead_load(comm):
         tops = []
         for state in (without, pulled):
             state.restore()
-            tops.append(state.balloon._w[8])
+            tops.append(state.balloon.w[8])
         gained = pulled.bar_force - without.bar_force
         assert gained == pytest.approx(EA / pulled.balloon.motion.length * (tops[1] - tops[0]), rel=1e-3)
         assert least * pull < gained < most * pull

@@ -43,11 +43,9 @@ def product(balloon, q):
     """J^T K J and the parameters' block, by PETSc."""
     balloon.set_unknowns(q)
     w, dw, d2w = balloon.map.displace(q, balloon.u)
-    K = balloon._full_tangent
-    K.assemble(balloon.forms.tangent)
-    found = K.whole().ptap(balloon.map.jacobian(w, dw))
+    found = balloon.assembly.tangent().whole().ptap(balloon.map.jacobian(w, dw))
     if balloon.map.num_parameters:
-        add_block(balloon, found, balloon._parameter_block(dw, d2w))
+        add_block(balloon, found, balloon.parameter_block(dw, d2w))
     return found
 
 
@@ -123,8 +121,9 @@ def test_the_matrix_outlives_what_made_it(comm):
     q = state(balloon)
     expected = product(balloon, q)
     w, dw, _ = balloon.map.plate_parameters(balloon.map.parameters(q))
-    M = Reduction(balloon._full_tangent, balloon.map).fill(balloon._full_tangent, w, dw)
+    K = balloon.assembly.tangent()
+    M = Reduction(K, balloon.map).fill(K, w, dw)
     gc.collect()
     _, dw, d2w = balloon.map.displace(q, balloon.u)
-    add_block(balloon, M, balloon._parameter_block(dw, d2w))
+    add_block(balloon, M, balloon.parameter_block(dw, d2w))
     assert difference(M, expected) < 1e-14

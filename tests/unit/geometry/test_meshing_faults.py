@@ -12,7 +12,7 @@ import pytest
 from lobefem.errors import InputError, MissingDependencyError, SolveError
 from lobefem.geometry import gmsh as mesher
 from lobefem.geometry import grid
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.geometry.stacks import cylinder, lobed_cylinder
 

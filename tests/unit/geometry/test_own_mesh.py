@@ -9,7 +9,7 @@ from lobefem.equilibrium.form_finding import row_means
 from lobefem.equilibrium.inflation import inflate
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.geometry.surface import Surface

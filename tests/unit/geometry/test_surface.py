@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from lobefem.errors import InputError
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.geometry.stacks import cylinder, lobed_cylinder, sector_of
 from lobefem.linalg.dolfinx_compat import entity_nodes, geometry_dofmap

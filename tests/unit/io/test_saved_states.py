@@ -9,7 +9,8 @@ from states import nodes, unknowns, wavy
 
 from lobefem.app import critical_command
 from lobefem.equilibrium.distortions import Tip
-from lobefem.equilibrium.gradient_flow import Ledger, Record
+from lobefem.equilibrium.energy_ledger import Ledger
+from lobefem.equilibrium.gradient_flow import Record
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.state import Checkpoint, Equilibrium, ideal_state
 from lobefem.fem.balloon import Balloon

@@ -10,7 +10,8 @@ from states import nodes, unknowns, wavy
 from lobefem.equilibrium import form_finding
 from lobefem.equilibrium.displacement_control import constrain
 from lobefem.equilibrium.distortions import Bend, Tip, Wave
-from lobefem.equilibrium.gradient_flow import GradientFlow, Ledger
+from lobefem.equilibrium.energy_ledger import Ledger
+from lobefem.equilibrium.gradient_flow import GradientFlow
 from lobefem.equilibrium.state import record
 from lobefem.fem import functionals, rigid_motions
 from lobefem.fem.balloon import Balloon
@@ -21,7 +22,7 @@ from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.stability import branches, nonlinear_buckling
+from lobefem.stability import branch_following, nonlinear_buckling
 from lobefem.stability.cyclic import Sector
 from lobefem.stability.fourier import kind_of, spectrum
 
@@ -77,8 +78,8 @@ def tangent(balloon):
 def plates(balloon):
     """What the rims pull at the plates, and its curvature."""
     placed(balloon)
-    r = balloon._assemble_residual()
-    gradient, curvature = balloon.map.plate_forces(r, balloon._w)
+    r = balloon.assembly.residual()
+    gradient, curvature = balloon.map.plate_forces(r, balloon.w)
     return (*gradient, *curvature.ravel())
 
 
@@ -120,7 +121,7 @@ def mac(mass):
     def products(balloon):
         owned = 3 * balloon.V.dofmap.index_map.size_local
         columns = np.array([field(balloon, seed).ravel()[:owned] for seed in (1, 2, 3)]).T
-        return branches._inner(SimpleNamespace(state=state(balloon), mass=mass), columns, columns)
+        return branch_following._inner(SimpleNamespace(state=state(balloon), mass=mass), columns, columns)
 
     return products
 

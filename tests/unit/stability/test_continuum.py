@@ -17,7 +17,7 @@ from lobefem import (
     lobed_cylinder,
 )
 from lobefem.errors import InputError
-from lobefem.geometry.cylinder import Cylinder
+from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.natural_shape import NaturalShape
 from lobefem.stability.continuum import continuum_pressure, unstable_from
 

@@ -9,7 +9,7 @@ import pytest
 
 from lobefem.app.perturb_command import _perturbed
 from lobefem.equilibrium.distortions import Bend, Tip
-from lobefem.equilibrium.gradient_flow import Ledger
+from lobefem.equilibrium.energy_ledger import Ledger
 from lobefem.equilibrium.state import Checkpoint
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry.stacks import lobed_cylinder

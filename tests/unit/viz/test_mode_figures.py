@@ -16,7 +16,7 @@ from lobefem import (
     lobed_cylinder,
 )
 from lobefem.errors import InputError
-from lobefem.stability.branches import Branch, follow
+from lobefem.stability.branch_following import Branch, follow
 from lobefem.viz.film_mesh import facing, gather, normals, outline, polygons
 from lobefem.viz.mode_figures import eigenvalue_curves, mode_caption, mode_panel, mode_shapes, spread_labels
 from lobefem.viz.rendering import render_modes

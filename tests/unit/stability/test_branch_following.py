@@ -7,7 +7,7 @@ from states import nodes, wavy
 from lobefem import EndPlates, FixedWrinkles, Hoops, find_modes, ideal_state, lobed_cylinder
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.fem.balloon import Balloon
-from lobefem.stability.branches import follow, unclear
+from lobefem.stability.branch_following import follow, unclear
 from lobefem.stability.modes import Mode, Modes
 
 
