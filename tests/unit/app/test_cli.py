@@ -331,11 +331,14 @@ def test_a_traceback_on_request(refused, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ([], ["inflate", "modes", "critical", "lobefem modes meshes/single.toml"]),
+        ([], ["inflate", "modes", "critical", "lobefem critical meshes/stack4.toml"]),
         (["--help"], ["inflate", "modes", "critical"]),
         (["inflate", "--help"], ["--film", "--lift", "--slack-stiffness", "--prestress", "--out"]),
         (["modes", "-h"], ["--pressure", "--state", "--count", "--mass", "Examples:"]),
-        (["critical", "--help"], ["--harmonic", "--json", "Examples:"]),
+        (
+            ["critical", "--help"],
+            ["--harmonic", "--json", "Examples:", "lobefem critical meshes/stack4.toml --film tension-field"],
+        ),
         (["harmonics", "--help"], ["--harmonics", "--divisions", "Examples:"]),
         (["--version"], [f"lobefem {lobefem.__version__}"]),
     ],
