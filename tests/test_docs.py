@@ -120,3 +120,13 @@ def test_modules_that_pages_name_are_there():
     found = [any((ROOT / one / "__init__.py").exists() or (ROOT / one).with_suffix(".py").exists()
                  for one in (path, path.parent)) for path in sorted(paths)]  # fmt: skip
     assert [path for path, there in zip(sorted(paths), found, strict=True) if not there] == []
+
+
+def test_files_that_contributing_names_are_there():
+    """What is written in capitals stands for a name."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:lobefem|tests|docs|demos)/[\w./]+)`", text))
+    assert {"lobefem/model/laws.py", "lobefem/app/cli.py"} <= named
+    assert [
+        path for path in sorted(named) if not (re.search("[A-Z]{2}", path) or (ROOT / path).exists())
+    ] == []
