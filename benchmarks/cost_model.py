@@ -224,13 +224,13 @@ def limits(model: Model) -> str:
     seconds, graph = 1e6 * model.symbolic, 1e6 * model.graph / 2**30
     lines = [
         f"- **The analysis, on one rank.** {seconds:.1f} s and {graph:.2f} GB a million",
-        "  unknowns, however many ranks there are: a node of 256 GB is full at",
-        f"  {node / model.graph:.0e} unknowns, and of the {whole['whole']:.0f} s predicted for 1e9 unknowns",
-        f"  on 4096 ranks {whole['analysis']:.0f} s are the analysis.",
-        f"- **The last front, on one rank.** {rows:.0f} rows at 1e9 unknowns: {last:.0f} s a",
-        "  factorisation. MUMPS splits it among ranks where it can; this is without.",
-        f"- **The factors' memory.** {factor / 2**40:.1f} TB at 1e9 unknowns, the fullest of 4096 ranks has",
-        f"  {whole['memory'] / 2**30:.1f} GB.",
+        "  unknowns, whatever the number of ranks. A node of 256 GB is full at",
+        f"  {node / model.graph:.0e} unknowns, and the analysis takes {whole['analysis']:.0f} s of the",
+        f"  {whole['whole']:.0f} s predicted for 1e9 unknowns on 4096 ranks.",
+        f"- **The last front, on one rank.** It has {rows:.0f} rows at 1e9 unknowns and takes {last:.0f} s",
+        "  per factorisation. MUMPS splits it among ranks if it can; this number is without.",
+        f"- **The memory of the factors.** They take {factor / 2**40:.1f} TB at 1e9 unknowns, and the",
+        f"  fullest of 4096 ranks has {whole['memory'] / 2**30:.1f} GB.",
     ]
     return "\n".join(lines) + "\n"
 

@@ -14,10 +14,11 @@ Row = dict[str, Any]
 _HEAD = (
     "mesh", "unknowns", "program", "seconds", "ratio", "CPU s", "MB", "iterations", "errors of V, u", "note",
 )  # fmt: skip
-NOTE = """Ratio: time over lobefem's. Errors are relative, to the answers on which the programs agree; a time
-counts where the volume is right to 1e-7 and the largest displacement to 1e-5. MB: peak of the
-largest process. lobefem's note: its solve over its floor, the numeric factorisations and triangular solves,
-and over that of Newton's method on the one mesh with a new tangent in each step, the row below."""
+NOTE = """The ratio is the time of a program over that of lobefem. Errors are relative to the answers on
+which the programs agree. A time counts if the volume is right to 1e-7 and the largest displacement to 1e-5.
+MB is the peak of the largest process. The note of lobefem has two numbers: its solve over its floor, the
+numeric factorisations and triangular solves, and over the floor of Newton's method on one mesh with a new
+tangent in each step (next row)."""
 
 
 def exponent(rows: list[Row]) -> float | None:

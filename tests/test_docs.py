@@ -1,5 +1,6 @@
 """Every code block of the pages runs as printed; python blocks of a page share their names."""
 
+import importlib
 import importlib.util
 import os
 import re
@@ -88,3 +89,44 @@ def test_every_page_is_in_the_contents():
               for line in block.splitlines()}  # fmt: skip
     pages = {str(p.relative_to(ROOT / "docs").with_suffix("")) for p in PAGES} - {"index"}
     assert pages <= listed
+
+
+def test_the_api_page_names_what_exists():
+    page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    named = re.findall(r"^\.\. auto(\w+):: (\S+)\n(?:   :members: (.+)\n)?", page, flags=re.M)
+    assert len(named) > 60
+    twice = [name for _, name, _ in named if sum(name == other for _, other, _ in named) > 1]
+    missing = []
+    for kind, name, members in named:
+        module, _, attribute = (name, "", "") if kind == "module" else name.rpartition(".")
+        found = importlib.import_module(module)
+        if attribute:
+            found = getattr(found, attribute, None)
+        wanted = [member.strip() for member in members.split(",") if member.strip()]
+        missing += [name] if found is None else [f"{name}.{one}" for one in wanted if not hasattr(found, one)]
+    assert (missing, twice) == ([], [])
+
+
+def test_modules_that_pages_name_are_there():
+    """Dotted names in prose, such as `lobefem.stability.one_sided`."""
+    pages = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    named = {
+        name
+        for page in pages
+        for name in re.findall(r"`(lobefem(?:\.\w+)+)`", page.read_text(encoding="utf-8"))
+    }
+    assert "lobefem.stability.one_sided" in named
+    paths = {Path(*name.split(".")) for name in named}
+    found = [any((ROOT / one / "__init__.py").exists() or (ROOT / one).with_suffix(".py").exists()
+                 for one in (path, path.parent)) for path in sorted(paths)]  # fmt: skip
+    assert [path for path, there in zip(sorted(paths), found, strict=True) if not there] == []
+
+
+def test_files_that_contributing_names_are_there():
+    """What is written in capitals stands for a name."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:lobefem|tests|docs|demos)/[\w./]+)`", text))
+    assert {"lobefem/model/laws.py", "lobefem/app/cli.py"} <= named
+    assert [
+        path for path in sorted(named) if not (re.search("[A-Z]{2}", path) or (ROOT / path).exists())
+    ] == []

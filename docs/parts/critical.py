@@ -1,4 +1,4 @@
-"""The page *Validation*: critical pressures, and what becomes of them on finer meshes."""
+"""The page *Validation*: critical pressures and their convergence."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def mesh_studies(out: Path, quick: bool) -> dict[str, str]:
 
 
 def one_sided(quick: bool) -> str:
-    """Bounds of the tension field's critical pressures at its kink, on a mesh and without one."""
+    """Bounds for tension-field film at its non-smooth point, with and without a mesh."""
     low = (2, 4) if quick else (2, 4, 6, 8)
     film = TensionField(slack_stiffness=0.0)
     mean = TensionField(slack_stiffness=0.5)  # half of the isotropic hoop stiffness
@@ -99,7 +99,7 @@ def one_sided(quick: bool) -> str:
 
 
 def crossings(quick: bool) -> str:
-    """Where film with fixed wrinkles loses stability on 36 divisions around, held and inflated."""
+    """Critical pressures of film with fixed wrinkles on 36 divisions around, geometry fixed and inflated."""
     rows = []
     divisions = (8, 12) if quick else (24, 36)
     for lobes, paper in ((1, 4600.0), (4, 3000.0)):
@@ -114,12 +114,20 @@ def crossings(quick: bool) -> str:
         rows.append(
             (name, held.pressure, modes[0], inflated.pressure, modes[1], str(inflated.point), f"{paper:.0f}")
         )
-    head = ("lobes, mesh of a lobe", "held [Pa]", "mode", "inflated [Pa]", "mode", "point", "paper [Pa]")
+    head = (
+        "lobes, mesh of a lobe",
+        "fixed geometry [Pa]",
+        "mode",
+        "inflated [Pa]",
+        "mode",
+        "point",
+        "paper [Pa]",
+    )
     return table(head, rows)
 
 
 def isotropic_stack(quick: bool) -> str:
-    """Where four inflated lobes of isotropic film lose stability, with and without built-in stress."""
+    """Critical pressures of four inflated lobes of isotropic film, with and without built-in stress."""
     rows = []
     for divisions in ((12, 16),) if quick else ((12, 16), (24, 32)):
         surface = lobed_cylinder(4, divisions)

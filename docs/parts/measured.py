@@ -1,4 +1,4 @@
-"""The pages *Speed*, *Scaling* and *Which stacks come back*, from what was measured before."""
+"""The pages *Speed*, *Scaling* and *Which stacks return*, from what was measured before."""
 
 from __future__ import annotations
 
@@ -115,7 +115,8 @@ def returns(out: Path) -> dict[str, str]:
             )
         )
     parts["returns_bound"] = table(
-        ("", "needed [J]", "strain and contact", "`film` load's plates", "fading constraint", "damping"), rows
+        ("", "needed [J]", "strain and contact", "plates under `film` load", "fading constraint", "damping"),
+        rows,
     )
 
     parts["returns_way"] = table(
@@ -152,7 +153,7 @@ def returns(out: Path) -> dict[str, str]:
             "case",
             "damping",
             "imposed [m³]",
-            "at the step's end [m³]",
+            "at the end of the step [m³]",
             "mid hoop [m]",
             "unbalanced force / load",
             "outcome",
@@ -173,7 +174,7 @@ def returns(out: Path) -> dict[str, str]:
     )
     exact = demo.LOBES * Isotensoid.from_edge_radius().volume
     parts["returns_volumes"] = table(
-        ("mesh of a lobe", "drawn [m³]", "at 5 Pa [m³]", "off the smooth shape"),
+        ("mesh of a lobe", "as designed [m³]", "at 5 Pa [m³]", "off the smooth shape"),
         [
             (
                 "{} x {}, {}".format(*v["mesh"][:2], ("linear", "quadratic")[v["mesh"][2] - 1]),

@@ -57,7 +57,7 @@ def closed_forms() -> str:
     area = 2 * integral(lambda R: 2 * np.pi * R)
     rows = [
         ("height of a lobe [m]", lobe.height, height, "4.2"),
-        ("meridian's arc length [m]", lobe.arc_length, arc, "5"),
+        ("arc length of the meridian [m]", lobe.arc_length, arc, "5"),
         ("edge angle [degrees]", np.degrees(lobe.edge_angle), np.degrees(np.arcsin((Re / R0) ** 2)), "15.7"),
         ("film of a lobe [m^2]", lobe.area, area, "-"),
         ("volume of four lobes [m^3]", 4 * lobe.volume, 4 * volume, "591.96"),

@@ -36,8 +36,9 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    help="Is a lobed thin-film balloon stable? Its equilibrium, buckling modes, critical pressure.",
-    epilog="Start with: [bold]lobefem modes meshes/single.toml --pressure 1000[/bold]",
+    help="Tell whether a lobed balloon is stable: inflated shape, buckling modes, critical pressure.",
+    epilog="Start with: [bold]lobefem critical meshes/stack4.toml --film tension-field --state inflated "
+    "--load closed[/bold]",
 )
 
 
@@ -67,7 +68,7 @@ def _print_version(wanted: bool) -> None:
 def _lobefem(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version."),
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version."),
     ] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -91,7 +92,7 @@ def inflate(
     pressure: options.OnePressure = None,
     petsc: options.Petsc = None,
 ) -> None:
-    """The equilibrium under gas pressure: volume, stress, forces, wrinkles."""
+    """Find the equilibrium under gas pressure: volume, stress, forces, wrinkles."""
     run_task(context, lambda plan, **run: _tasks().inflate(plan, **run))
 
 
@@ -115,7 +116,7 @@ def modes(
     harmonics: options.Harmonics = None,
     petsc: options.Petsc = None,
 ) -> None:
-    """The lowest buckling modes at each pressure; a negative real part means unstable."""
+    """Find the lowest buckling modes at each pressure; a negative real part means unstable."""
     number = parsing.integer("--count", count, 1)
     parsing.one_of("--state", state, ("ideal", "inflated"))
     parsing.one_of("--mass", mass, ("unit", "nodal"))
@@ -130,7 +131,7 @@ def modes(
 
 @app.command(
     epilog=_examples(
-        "lobefem critical meshes/stack4.toml --state inflated",
+        "lobefem critical meshes/stack4.toml --film tension-field --state inflated --load closed",
         "lobefem critical meshes/single.toml --mesh-study --out run",
         "lobefem critical meshes/single.toml --divisions 32x48 --harmonic 3 --json -",
     )
@@ -147,7 +148,10 @@ def critical(
     meshes: options.Meshes = None,
     petsc: options.Petsc = None,
 ) -> None:
-    """The lowest pressure at which the balloon turns unstable; whether that depends on the mesh."""
+    """Find the pressure at which the balloon becomes unstable.
+
+    Repeat on a finer mesh (--divisions). For the ideal state --mesh-study does so and reports the trend.
+    """
     number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
     parsing.one_of("--state", state, ("ideal", "inflated"))
     highest = None if limit is None else parsing.pressure("--limit", limit)
@@ -182,7 +186,7 @@ def harmonics(
     lift: options.Lift = None,
     harmonics: options.Harmonics = None,
 ) -> None:
-    """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
+    """Find the critical pressure for each number of waves around the axis."""
     chosen = parsing.integers("--harmonics", harmonics)
     run_task(context, lambda plan, **run: _studies().harmonics(plan, harmonics=chosen, **run))
 
@@ -209,7 +213,7 @@ def perturb(
     damping: options.Damping = "1",
     petsc: options.Petsc = None,
 ) -> None:
-    """A large distortion, imposed by a ramp and released: does the balloon return?"""
+    """Distort the balloon in steps, release it, and tell whether it returns."""
     given = {"--tip-displacement": tip_displacement, "--bend": bend, "--twist": twist, "--wave": wave}
     chosen = [(name, text) for name, text in given.items() if text is not None]
     if len(chosen) != 1:
@@ -242,7 +246,7 @@ def plot(
     mode: options.ModeNumbers = None,
     width: options.Width = "85",
 ) -> None:
-    """A picture of what a run folder holds, for paper or screen; modes and releases move as GIF or MP4."""
+    """Plot what a run folder holds, for print or screen; GIF and MP4 are animated."""
     at = None if pressure is None else parsing.pressure("--pressure", pressure)
     numbers, wide = parsing.integers("--mode", mode), parsing.positive("--width", width)
     if context.obj.is_root:
@@ -272,7 +276,7 @@ def sweep(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> int:
-    """One command over many designs, pressures, films: a table and a chart, each point kept."""
+    """Run one command for many designs, pressures or films, with a table and a chart."""
     from lobefem.app import sweep_command as runs
     from lobefem.app.sweep_file import load
     from lobefem.files import on_root
@@ -336,9 +340,9 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
 @app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))
 def report(
     context: typer.Context,
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of them.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, or a folder of run folders.")],
 ) -> None:
-    """One page of all that a run folder holds: DIR/report.html, which needs no network."""
+    """Write DIR/report.html, one page with everything that a run folder holds."""
     if context.obj.is_root:
         from lobefem.viz.report import write_report
 
@@ -349,7 +353,7 @@ def report(
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
 def doctor(context: typer.Context, quiet: options.Quiet = False, verbose: options.Verbose = False) -> int:
-    """Does this installation work, part by part; what to do about what does not. Exit code 1 if so."""
+    """Check this installation part by part and advise on what does not work (exit code 1)."""
     from lobefem.app.doctor import examine
     from lobefem.app.tables import show_findings
 

@@ -1,4 +1,4 @@
-"""The command line's options, and the keys of the design that they override."""
+"""Options of the command line, and the keys of the design that they override."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ KEYS = {
 NAMES = {key: "--" + option.replace("_", "-") for option, key in KEYS.items()}
 
 
-def _option(name: str, metavar: str, help: str, panel: str = "The design, overridden") -> Any:  # noqa: A002
+def _option(name: str, metavar: str, help: str, panel: str = "Override the design") -> Any:  # noqa: A002
     return typer.Option(name, metavar=metavar, help=help, show_default=False, rich_help_panel=panel)
 
 
@@ -117,168 +117,235 @@ DesignFile = Annotated[
 ]
 
 FilmLaw = Annotated[
-    Text, _option("--film", "LAW", "isotropic, fixed-wrinkles, tension-field, imp or load-path.")
+    Text, _option("--film", "LAW", "Film law: tension-field, isotropic, fixed-wrinkles, imp or load-path.")
 ]
 
-Load = Annotated[Text, _option("--load", "LOAD", "film: gas on the film only; closed: on the plates too.")]
+Load = Annotated[
+    Text, _option("--load", "LOAD", "closed: gas presses on film and end plates; film: on the film only.")
+]
 
 Support = Annotated[
     Text,
-    _option("--support", "HOW", "clamped: bottom plate held; pinned: free to tilt; fixed: both held."),
+    _option("--support", "HOW", "clamped: bottom plate fixed; pinned: free to tilt; fixed: both plates."),
 ]
 
-Lift = Annotated[Text, _option("--lift", "Z", "Raise the top rim, 0.004 or '4 mm', if fixed.")]
+Lift = Annotated[
+    Text, _option("--lift", "LENGTH", "Raise the top plate, e.g. '4 mm' (needs --support fixed).")
+]
 
-Slack = Annotated[Text, _option("--slack-stiffness", "K", "Stiffness share of slack film, 1e-4.")]
+Slack = Annotated[
+    Text,
+    _option(
+        "--slack-stiffness",
+        "SHARE",
+        "Share of isotropic stiffness in slack film (default 1e-6 for tension-field).",
+    ),
+]
 
-Divisions = Annotated[Text, _option("--divisions", "AxB", "Cells along a lobe and around, 24x32.")]
+Divisions = Annotated[
+    Text, _option("--divisions", "ROWSxCOLUMNS", "Cells along a lobe and around the axis, e.g. 24x32.")
+]
 
-Lobes = Annotated[Text, _option("--lobes", "N", "Number of lobes.")]
+Lobes = Annotated[Text, _option("--lobes", "NUMBER", "Number of lobes along the axis.")]
 
-EdgeRadius = Annotated[Text, _option("--edge-radius", "R", "Radius of seams and rims, 2.0 or '2 m'.")]
+EdgeRadius = Annotated[Text, _option("--edge-radius", "LENGTH", "Radius of seams and rims, e.g. '2 m'.")]
 
-Cell = Annotated[Text, _option("--cell", "CELL", "triangle or quadrilateral.")]
+Cell = Annotated[Text, _option("--cell", "CELL", "Shape of the cells: triangle or quadrilateral.")]
 
-Order = Annotated[Text, _option("--order", "N", "1: flat cells, 2: curved ones.")]
+Order = Annotated[Text, _option("--order", "NUMBER", "1: flat cells; 2: curved cells.")]
 
-OnePressure = Annotated[list[str] | None, _option("--pressure", "P", "Gas pressure, 5 or '5 Pa'.", _RUN)]
+OnePressure = Annotated[
+    list[str] | None, _option("--pressure", "PRESSURE", "Gas pressure, e.g. '5 Pa'.", _RUN)
+]
 
 Pressures = Annotated[
     list[str] | None,
-    _option("--pressure", "P", "Gas pressure, 5 or '5 Pa'; repeat for more.", _RUN),
+    _option("--pressure", "PRESSURE", "Gas pressure, e.g. '5 Pa'; repeat for more.", _RUN),
 ]
 
 Prestress = Annotated[
     bool | None,
     typer.Option(
         "--prestress/--no-prestress",
-        help="Isotensoid's stress built in; default: with fixed-wrinkles.",
+        help="Start with the design stress built in (default for fixed-wrinkles only).",
         show_default=False,
-        rich_help_panel="The design, overridden",
+        rich_help_panel="Override the design",
     ),
 ]
 
 Setup = Annotated[
     Text,
-    _option("--setup", "HOW", "Built-in stress: initial-stress (closed form) or load-path (found by it)."),
+    _option("--setup", "HOW", "Find the built-in stress in closed form (initial-stress) or by load-path."),
 ]
 
 State = Annotated[
     str,
-    _option("--state", "STATE", "ideal: held ideal shape (default); inflated: equilibrium.", _RUN),
+    _option(
+        "--state",
+        "STATE",
+        "ideal: shape as designed (default); inflated: shape under pressure (recommended).",
+        _RUN,
+    ),
 ]
 
 Count = Annotated[
-    str, _option("--count", "K", "Modes a pressure, 8 by default; a complex pair stays whole.", _RUN)
+    str, _option("--count", "NUMBER", "Modes per pressure (default 8); a complex pair is not split.", _RUN)
 ]
 
 Mass = Annotated[
-    str, _option("--mass", "B", "unit: areal mass (default); nodal: identity, the paper's.", _RUN)
+    str,
+    _option(
+        "--mass", "MASS", "Scale of eigenvalues: unit areal mass (default), or nodal, as in the paper.", _RUN
+    ),
 ]
 
 Harmonics = Annotated[
     Text,
-    _option("--harmonics", "LIST", "These harmonics only, from one sector: 3, 0:8 or 2,5,7.", _RUN),
+    _option(
+        "--harmonics",
+        "LIST",
+        "Only modes with these numbers of waves around the axis: 3, 0:8 or 2,5,7.",
+        _RUN,
+    ),
 ]
 
-Harmonic = Annotated[Text, _option("--harmonic", "N", "Modes of this harmonic only.", _RUN)]
+Harmonic = Annotated[
+    Text, _option("--harmonic", "NUMBER", "Only modes with this number of waves around the axis.", _RUN)
+]
 
 TipDisplacement = Annotated[
-    Text, _option("--tip-displacement", "D", "Push the top sideways, 0.7 or '70 cm'.", "The distortion")
+    Text, _option("--tip-displacement", "LENGTH", "Push the top sideways, e.g. '70 cm'.", "The distortion")
 ]
 
 Bend = Annotated[
-    Text, _option("--bend", "PSI", "Bend the axis to an arc of half-angle PSI degrees.", "The distortion")
+    Text, _option("--bend", "DEGREES", "Bend the axis to an arc with this half-angle.", "The distortion")
 ]
 
-Twist = Annotated[Text, _option("--twist", "ANGLE", "Turn the top plate, degrees.", "The distortion")]
+Twist = Annotated[
+    Text, _option("--twist", "DEGREES", "Rotate the top plate about the axis.", "The distortion")
+]
 
 Wave = Annotated[
     Text,
-    _option("--wave", "N:A", "Waves of the equators, harmonic and amplitude, 2:0.1.", "The distortion"),
+    _option(
+        "--wave",
+        "NUMBER:LENGTH",
+        "Impose waves around the equators, e.g. 2:0.1 for two of 0.1 m.",
+        "The distortion",
+    ),
 ]
 
 Release = Annotated[
     bool,
-    typer.Option("--release/--no-release", help="Let go at the end of the ramp.", rich_help_panel=_RUN),
+    typer.Option(
+        "--release/--no-release", help="Release the balloon at the end of the ramp.", rich_help_panel=_RUN
+    ),
 ]
 
 Contact = Annotated[
     bool,
-    typer.Option("--contact/--no-contact", help="Film and plates touch each other.", rich_help_panel=_RUN),
+    typer.Option(
+        "--contact/--no-contact",
+        help="Let film and plates touch, or pass through each other.",
+        rich_help_panel=_RUN,
+    ),
 ]
 
-Steps = Annotated[str, _option("--steps", "K", "Increments of the ramp, 20 by default.", _RUN)]
+Steps = Annotated[str, _option("--steps", "NUMBER", "Increments of the ramp (default 20).", _RUN)]
 
-Damping = Annotated[str, _option("--damping", "C", "Of the release, 1 by default; try 0.1.", _RUN)]
+Damping = Annotated[
+    str,
+    _option(
+        "--damping",
+        "NUMBER",
+        "Damping of the release (default 1). Less is faster; the outcome is the same.",
+        _RUN,
+    ),
+]
 
 Resume = Annotated[
     bool,
-    typer.Option("--resume", help="Go on with the run in --out, if it was stopped.", rich_help_panel=_OUTPUT),
+    typer.Option("--resume", help="Continue the run in --out that was stopped.", rich_help_panel=_OUTPUT),
 ]
 
 Limit = Annotated[
-    Text, _option("--limit", "P", "Where a search along inflated states ends, 20 kPa by default.", _RUN)
+    Text, _option("--limit", "PRESSURE", "Highest pressure to search, inflated only (default 20 kPa).", _RUN)
 ]
 
 MeshStudy = Annotated[
     bool,
-    typer.Option("--mesh-study", help="Refine: does it converge?", rich_help_panel=_RUN),
+    typer.Option(
+        "--mesh-study",
+        help="Repeat on finer meshes and report whether the pressure converges.",
+        rich_help_panel=_RUN,
+    ),
 ]
 
-Meshes = Annotated[Text, _option("--meshes", "LIST", "Of a mesh study, 18x24,24x32,36x48.", _RUN)]
+Meshes = Annotated[Text, _option("--meshes", "LIST", "Meshes of the study, e.g. 18x24,24x32,36x48.", _RUN)]
 
 Petsc = Annotated[
-    Text, _option("--petsc", "OPTIONS", "PETSc options, '-lobefem_inflate_snes_monitor'.", _RUN)
+    Text, _option("--petsc", "OPTIONS", "PETSc options, e.g. '-lobefem_inflate_snes_monitor'.", "For experts")
 ]
 
 Profile = Annotated[
     bool,
-    typer.Option("--profile", help="Say where the time went, stage by stage.", rich_help_panel=_OUTPUT),
+    typer.Option("--profile", help="Report the time that each stage took.", rich_help_panel=_OUTPUT),
 ]
 
 Report = Annotated[
     bool,
-    typer.Option("--report", help="Write report.html into --out.", rich_help_panel=_OUTPUT),
+    typer.Option(
+        "--report", help="Write report.html, the run on one page, into --out.", rich_help_panel=_OUTPUT
+    ),
 ]
 
-RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, what --out has made.")]
+RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, made by --out.")]
 
-What = Annotated[str, _option("--what", "WHAT", "modes, stress, state, curves or release.", _PICTURE)]
+What = Annotated[
+    str, _option("--what", "WHAT", "What to plot: modes, stress, state, curves or release.", _PICTURE)
+]
 
-PictureFile = Annotated[Path | None, _option("--to", "FILE", "The picture; default: DIR/WHAT.png.", _PICTURE)]
+PictureFile = Annotated[
+    Path | None, _option("--to", "FILE", "File of the picture (default DIR/WHAT.png).", _PICTURE)
+]
 
-Format = Annotated[Text, _option("--format", "F", "png, svg, gif or mp4, by default of --to.", _PICTURE)]
+Format = Annotated[
+    Text, _option("--format", "FORMAT", "png, svg, gif or mp4 (default: by the ending of --to).", _PICTURE)
+]
 
-ModeNumbers = Annotated[Text, _option("--mode", "LIST", "These modes only, 1, 1:4 or 2,5.", _PICTURE)]
+ModeNumbers = Annotated[Text, _option("--mode", "LIST", "Only these modes: 1, 1:4 or 2,5.", _PICTURE)]
 
-AtPressure = Annotated[Text, _option("--pressure", "P", "Of several, 5 or '5 Pa'; default: last.", _PICTURE)]
+AtPressure = Annotated[
+    Text, _option("--pressure", "PRESSURE", "Pressure to plot, e.g. '5 Pa' (default: the last).", _PICTURE)
+]
 
-Width = Annotated[str, _option("--width", "MM", "85 for one column (default), 170 for two.", _PICTURE)]
+Width = Annotated[str, _option("--width", "MM", "Width: 85 for one column (default), 170 for two.", _PICTURE)]
 
 Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fields.", _OUTPUT)]
 
 Overwrite = Annotated[
     bool,
-    typer.Option("--overwrite", help="Replace a run in --out.", rich_help_panel=_OUTPUT),
+    typer.Option("--overwrite", help="Replace the run in --out.", rich_help_panel=_OUTPUT),
 ]
 
 SweepFile = Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What to vary, see demos/lobes.toml.")]
 
-SweepFolder = Annotated[Path, _option("--out", "DIR", "Folder for the table and the points.", _OUTPUT)]
+SweepFolder = Annotated[
+    Path, _option("--out", "DIR", "Folder for the table and the run folders of the points.", _OUTPUT)
+]
 
-Workers = Annotated[Text, _option("--workers", "N", "Points at a time, one a core by default.", _RUN)]
+Workers = Annotated[Text, _option("--workers", "NUMBER", "Points at a time (default: one per core).", _RUN)]
 
-Json = Annotated[Text, _option("--json", "FILE", "Results as JSON, - for standard output.", _OUTPUT)]
+Json = Annotated[Text, _option("--json", "FILE", "Write results as JSON; - is standard output.", _OUTPUT)]
 
 Quiet = Annotated[
     bool,
-    typer.Option("--quiet", "-q", help="Say nothing but warnings and errors.", rich_help_panel=_OUTPUT),
+    typer.Option("--quiet", "-q", help="Print only warnings and errors.", rich_help_panel=_OUTPUT),
 ]
 
 Verbose = Annotated[
     bool,
-    typer.Option("--verbose", "-v", help="Say what every step did.", rich_help_panel=_OUTPUT),
+    typer.Option("--verbose", "-v", help="Print what every step did.", rich_help_panel=_OUTPUT),
 ]
 
 Group = dict[str, tuple[Any, Any]]  # by parameter: its annotation and its default

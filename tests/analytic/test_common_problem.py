@@ -1,4 +1,4 @@
-"""The problem that other programs solve too: exact answers on which three of them agree.
+"""A problem that other programs solve too: exact answers on which three of them agree.
 
 One truncated isotensoid, R0 = 3.8182 m, both rings held, unstressed film E = 3.5e9, nu = 0.3, t = 5e-5,
 follower pressure 5 Pa; equal steps of the elliptic argument along the meridian, NM x NC quads each cut

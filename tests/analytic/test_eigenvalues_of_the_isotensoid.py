@@ -1,4 +1,4 @@
-"""The eigenvalues that two independent trial codes gave for the held isotensoid (paper sec. 5).
+"""Eigenvalues of the isotensoid with fixed geometry, from two independent trial codes (paper sec. 5).
 
 R0 = 4.2/1.1 m, 24 x 32 linear triangles a lobe cut the same way, N_phi = p R0^2/(2 R) at quadrature points
 of degree 4, bottom clamped, bar of fixed length, unit areal mass, p = 1000 Pa.

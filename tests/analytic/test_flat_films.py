@@ -1,4 +1,4 @@
-"""Flat films blown up: Hencky's disc, the mylar balloon, the square airbag.
+"""Flat films, inflated: Hencky's disc, the mylar balloon, the square airbag.
 
 A flat unstressed film has no transverse stiffness, so that Newton's method has no step to take from
 it: every case starts from a guessed dome. The equilibrium does not depend on the guess.

@@ -1,4 +1,4 @@
-"""Form finding (paper figs 8-10): the inflated cylinder against the closed form, and the way on from it."""
+"""Form finding (paper figs 8-10): the inflated cylinder, its closed form, and its use as a design."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Critical pressures of single harmonics converge to the continuum's, which shares no code with them.
+"""Critical pressures of single harmonics converge to those without a mesh, which share no code with them.
 
 One lobe of the paper's design, rims held, fixed wrinkles. The package's value belongs to a mesh; as it is
 refined it tends to that of `fourier.py` with the square of the cell size for linear elements, and nearly

@@ -1,4 +1,4 @@
-"""One-sided tangents and hoop slack of the tension field against the continuum's Fourier solution.
+"""One-sided tangents and hoop slack of the tension field, compared with a Fourier solution without a mesh.
 
 One lobe of the paper's design, rims held, quadratic quadrilaterals.
 """

@@ -1,4 +1,4 @@
-"""How many motions cost nothing: rigid-body modes of the tangent at a pressurised equilibrium.
+"""Rigid-body modes of the tangent at a pressurised equilibrium: the number of motions without resistance.
 
 Residuals turn with the film, r(R x) = R r(x). Where r = 0 the derivative along a rotation is therefore
 K (omega x x) = omega x r = 0, and along a translation K a = 0: a closed film without supports has
