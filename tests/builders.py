@@ -1,13 +1,18 @@
-"""The balloons that most tests start from: stacks of the paper's lobes on coarse meshes."""
+"""The balloons that most tests start from, on coarse meshes: stacks of the paper's lobes, pumpkins."""
 
 import inspect
+import math
 
 from lobefem.fem.balloon import Balloon
+from lobefem.geometry.gore import ConstantAngle, Gore
+from lobefem.geometry.pumpkin import PumpkinRecipe
+from lobefem.geometry.pumpkin_curve import PumpkinCurve
 from lobefem.geometry.stacks import lobed_cylinder
-from lobefem.model.cables import Hoops
+from lobefem.model.cables import Hoops, Tendons
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.tension_field import TensionField
 
 from mpi4py import MPI
 
@@ -49,3 +54,47 @@ def stack(
     hoops = Hoops() if EA is None else Hoops(EA=EA)
     parts = [GasPressure(load), hoops, plates or EndPlates(**plate), *parts]
     return Balloon(surface, film or Isotropic(), parts, **given)
+
+
+def pumpkin(
+    comm=MPI.COMM_WORLD,
+    film=None,
+    gas=None,
+    *,
+    gores=8,
+    angle=60,
+    R0=5.0,
+    fitting=0.25,
+    lobes=None,
+    divisions=(8, 4),
+    cell="quadrilateral",
+    order=1,
+    grading=0.0,
+    full=False,
+    flat=False,
+    tendons=None,
+    parts=(),
+    **given,
+):
+    """A pumpkin balloon, or one gore of it, with a tendon on each edge and fittings.
+
+    Args:
+        comm: of all gores.
+        film: a tension field of 38 um if None.
+        gas: the load, closed if None.
+        gores: their number N.
+        angle: half angle of lobes of constant angle [degrees].
+        R0, fitting: radii of equator and fittings [m].
+        lobes: of another kind.
+        divisions, cell, order, grading, full: of the mesh.
+        flat: cut from flat gores; free of stress as drawn otherwise.
+        tendons: of EA = 100 kN if None.
+        parts: further parts.
+        given: to `Balloon`.
+    """
+    gore = Gore(PumpkinCurve(R0, fitting), gores, lobes or ConstantAngle(math.radians(angle)))
+    recipe = PumpkinRecipe(gore, divisions, cell, order, grading, full)
+    surface = recipe.surface(comm)
+    film = film or TensionField(E=300e6, nu=0.4, thickness=38e-6)
+    parts = [gas or GasPressure(), tendons or Tendons(EA=1e5), EndPlates(bar=False), *parts]
+    return Balloon(surface, film, parts, pattern=recipe.pattern(surface) if flat else None, **given)

@@ -27,6 +27,10 @@ PREFIX = "lobefem_inflate_"
 
 _COARSE_RTOL = 1e-4  # of a start; another mesh's discretisation is off by more
 
+# pressures over the one that is asked for, at which film and cables that are not at rest as drawn are tried
+# in turn: under a small one slack film has next to no stiffness, under a large one it is pulled far
+_FIRST = (1.0, 0.5, 10.0, 0.1, 100.0, 0.01, 1000.0)
+
 
 @timed("solver")
 def inflate(
@@ -44,6 +48,10 @@ def inflate(
     progress: Progress | None = None,
 ) -> Equilibrium:
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
+
+    The steps begin without pressure, where the reference shape is at rest. That of a cutting pattern or of
+    foreshortened cables is not: there they begin at the first of some pressures, smaller and larger ones,
+    whose equilibrium is found from it.
 
     Newton's method with MUMPS; its line search minimises the potential energy. The `film` load on
     moving plates has none: there the search freezes the plates' own share over each step.
@@ -107,7 +115,15 @@ def inflate(
                 if on_step is not None:
                     on_step(state)
                 return state
-        return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress)
+        spent = 0
+        if start is None and not _rests_as_drawn(balloon):
+            start = _first(balloon, solver, q, pressure, prestress, progress)
+            if start is not None and start.pressure == pressure:
+                if on_step is not None:
+                    on_step(start)
+                return start
+            spent = start.iterations if start is not None else 0
+        return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress, spent)
     finally:
         solver.destroy()
 
@@ -183,6 +199,27 @@ def _drawn_along(balloon: Balloon) -> Any:
     return q
 
 
+def _rests_as_drawn(balloon: Balloon) -> bool:
+    """Whether the reference shape is in equilibrium without pressure."""
+    return balloon.pattern is None and not any(cable.foreshortening for cable in balloon.cables)
+
+
+def _first(
+    balloon: Balloon, solver: Newton, q: Any, end: float, prestress: float, progress: Progress | None
+) -> Equilibrium | None:
+    """The first equilibrium that is found from unknowns q at one of some pressures; q is that then."""
+    begin, iterations = q.copy(), 0
+    for share in _FIRST if end else _FIRST[:1]:
+        balloon.set_loads(share * end, prestress)
+        reason, count = solver.solve(q)
+        iterations += count
+        _tell(share * end, reason, count, solver.norm, progress, share=float(reason > 0 and share == 1.0))
+        if reason > 0:
+            return record(balloon, q, True, REASONS[reason], iterations, (share * end,))
+        begin.copy(q)
+    return None
+
+
 def _step(
     balloon: Balloon,
     solver: Newton,
@@ -193,11 +230,12 @@ def _step(
     min_step: float,
     on_step: Callable[[Equilibrium], None] | None,
     progress: Progress | None,
+    iterations: int,
 ) -> Equilibrium:
     """One step to the end, halved when it fails and doubled when it does not."""
     begin = start.pressure if start is not None else 0.0
     last, share, step = q.copy(), 0.0, 1.0
-    iterations, visited = 0, []
+    visited: list[float] = []
     while True:
         target = min(1.0, share + step)
         p = begin + target * (end - begin)

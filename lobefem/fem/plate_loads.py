@@ -17,7 +17,7 @@ class PlateForces:
 
     Args:
         motion: how the plates move.
-        load: dead load on the top plate.
+        load: dead load on the top plate, of which a sector's plate bears its share.
         closed: whether the gas bears on the plates, as in a `closed` load; a `film` load does not.
         pressure: the gas pressure, a constant [Pa].
         prestress: pressure p0 of the built-in stress, a constant [Pa].
@@ -49,7 +49,8 @@ class PlateForces:
         self.motion, self.closed, self.excess = motion, closed, excess
         self.gradient, self.level = gradient if closed else 0.0, level
         self.pressure, self.prestress = pressure, prestress
-        self.dead = np.zeros(12) if load is None else np.concatenate([np.zeros(6), load.force, load.moment])
+        dead = np.zeros(6) if load is None else np.concatenate([load.force, load.moment])
+        self.dead = np.concatenate([np.zeros(6), dead / motion.copies])
         self.top_force: Array = np.zeros(3)
         self._frozen = motion.area_vectors
 

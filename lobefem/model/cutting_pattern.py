@@ -40,7 +40,7 @@ class Pattern(Drawn):
         frame: of the drawn surface.
 
     Attributes:
-        area: pattern's area per area of the drawn surface.
+        area: of the pattern per area of the drawn surface, whichever side of the film the pattern shows.
     """
 
     def __init__(self, coordinates: Expr, frame: Frame) -> None:
@@ -48,7 +48,7 @@ class Pattern(Drawn):
         along, across = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
         self._A = ufl.as_matrix([[along[0], across[0]], [along[1], across[1]]])
         self._inverse = ufl.inv(self._A)
-        self.area = ufl.det(self._A)
+        self.area = abs(ufl.det(self._A))
 
     def linear(self, drawn: Expr) -> Any:
         """A^-T E A^-1."""

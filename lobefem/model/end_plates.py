@@ -50,7 +50,7 @@ class EndPlates:
 
 @dataclass(frozen=True)
 class PlateLoad:
-    """Dead force and moment on the centre of the top plate.
+    """Dead force and moment on the centre of the top plate, the whole balloon's where one sector is meshed.
 
     Args:
         force: (3,) [N].
