@@ -6,7 +6,7 @@ VENV ?= .venv
 STACK ?=
 TESTS ?= tests
 WITHOUT ?=
-JOBS ?= $(shell n=$$(nproc); echo $$((n < 8 ? n : 8)))
+JOBS ?= $(shell n=$$(env -u OMP_NUM_THREADS nproc); echo $$((n < 8 ? n : 8)))
 CASES ?= 10000
 OUT ?= out/demo
 ALL ?= out/demos
