@@ -23,7 +23,7 @@ import numpy as np
 
 from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
 from lobefem.equilibrium.gradient_flow import Record
-from lobefem.equilibrium.state import Moment
+from lobefem.equilibrium.state import State
 from lobefem.errors import LobefemError
 from lobefem.files import save_json
 from lobefem.stability.relaxation import release
@@ -37,7 +37,7 @@ STEP = 1.0  # duration of a step of the paper's [s]
 Say = Callable[[str], None]
 
 
-def leaning(balloon: Balloon, degrees: float) -> Moment:
+def leaning(balloon: Balloon, degrees: float) -> State:
     """The balloon sheared sideways, its bar leaning by an angle, the plates level."""
     motion, x = balloon.motion, balloon.V.tabulate_dof_coordinates()
     lean, height = math.radians(degrees), x[:, 2] - motion.centres[0][2]
@@ -51,7 +51,7 @@ def leaning(balloon: Balloon, degrees: float) -> Moment:
         if array.size > free.size:  # the rank that holds the plates' parameters
             parameters = array[free.size :]
             parameters[[motion.names.index(f"bar_tilt_{k}") for k in (1, 2)]] = motion.tilts([0, lean, 0])
-    return Moment(balloon, PRESSURE, PRESSURE, q.array_r.copy())
+    return State(balloon, PRESSURE, PRESSURE, q.array_r.copy())
 
 
 def run(

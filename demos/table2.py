@@ -32,7 +32,7 @@ import numpy as np
 from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
 from lobefem.equilibrium.displacement_control import release_start
 from lobefem.equilibrium.distortions import Bend, Distortion, Tip, Twist, Wave
-from lobefem.equilibrium.state import Equilibrium, Moment, record
+from lobefem.equilibrium.state import Equilibrium, State, record
 from lobefem.errors import ConvergenceError, LobefemError
 from lobefem.io.provenance import provenance
 from lobefem.model.self_contact import SelfContact
@@ -243,7 +243,7 @@ def stopped(
     return rows
 
 
-def tumbled(rest: Equilibrium, seed: int, size: float) -> Moment:
+def tumbled(rest: Equilibrium, seed: int, size: float) -> State:
     """Random large waves on the lobes (n to 4) and on the axis, as far as the film does not meet itself.
 
     Collective.
@@ -273,7 +273,7 @@ def tumbled(rest: Equilibrium, seed: int, size: float) -> Moment:
         q.array[: len(change)] += size * change
         balloon.set_unknowns(q)
         if balloon.contact is None or not balloon.contact.intersects(balloon.u):
-            return Moment(balloon, rest.pressure, rest.prestress, q.array_r.copy())
+            return State(balloon, rest.pressure, rest.prestress, q.array_r.copy())
         size *= 0.8
 
 

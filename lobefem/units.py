@@ -12,9 +12,10 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lobefem.typing import Unchecked
+if TYPE_CHECKING:
+    from lobefem.typing import Unchecked
 
 __all__ = [
     "FORCE",

@@ -11,7 +11,7 @@ from typing import Any
 from lobefem.app import advice
 from lobefem.app.states_command import Outcome, failure, summary
 from lobefem.equilibrium.distortions import Distortion
-from lobefem.equilibrium.state import Keepable
+from lobefem.equilibrium.state import State
 from lobefem.errors import EigenError, InputError, SolveError
 from lobefem.io.design import Design
 from lobefem.io.run_folder import RunFolder
@@ -120,7 +120,7 @@ def perturb(
     return outcome
 
 
-def _keep(folder: RunFolder, state: Keepable, notes: Mapping[str, Any]) -> None:
+def _keep(folder: RunFolder, state: State, notes: Mapping[str, Any]) -> None:
     folder.keep(state, notes)
     keep_frame(folder.path, notes["point"], state, _ends(notes["history"]))
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.gradient_flow import GradientFlow, Record
     from lobefem.equilibrium.inflation import inflate
     from lobefem.equilibrium.ramp import Increment
-    from lobefem.equilibrium.state import Equilibrium, Moment, ideal_state, record
+    from lobefem.equilibrium.state import Equilibrium, State, ideal_state, record
 
 _HOME = {
     "Bend": "distortions",
@@ -30,8 +30,8 @@ _HOME = {
     "GradientFlow": "gradient_flow",
     "Increment": "ramp",
     "Ledger": "energy_ledger",
-    "Moment": "state",
     "Record": "gradient_flow",
+    "State": "state",
     "Tip": "distortions",
     "Twist": "distortions",
     "Wave": "distortions",
@@ -54,8 +54,8 @@ __all__ = [
     "GradientFlow",
     "Increment",
     "Ledger",
-    "Moment",
     "Record",
+    "State",
     "Tip",
     "Twist",
     "Wave",

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from functools import cached_property
+from typing import Any
 
 from lobefem import checks
 from lobefem.display import Summarized, Summary, number
@@ -23,8 +24,7 @@ from dolfinx import fem
 __all__ = [
     "Checkpoint",
     "Equilibrium",
-    "Keepable",
-    "Moment",
+    "State",
     "ideal_state",
     "placed_state",
     "record",
@@ -33,15 +33,71 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, repr=False)
-class Equilibrium(Frozen, Summarized):
-    """A balloon's state: its own copies of the unknowns, and what was measured on it.
+@dataclass(frozen=True)
+class State(Frozen):
+    """A balloon's loads and unknowns, in equilibrium or not: a start, a moment of a motion.
 
     Attributes:
         balloon: the balloon this is a state of.
         pressure: gas pressure p [Pa].
         prestress: pressure p0 [Pa] whose meridional stress is built into film and cables.
         unknowns: this rank's part of q (see `lobefem.fem.constraint_map`).
+        parameter: of the prescribed motion of the balloon [m or rad], 0 without one.
+    """
+
+    balloon: Balloon = field(repr=False)
+    pressure: float
+    prestress: float
+    unknowns: Array = field(repr=False)
+    parameter: float = field(default=0.0, kw_only=True)
+
+    @cached_property
+    def displacement(self) -> Array:
+        """This rank's nodal displacements, ghosts included, (nodes, 3) [m]. Collective."""
+        u, motion = fem.Function(self.balloon.V), self.balloon.prescribed
+        if motion is not None:
+            before, motion.parameter = motion.parameter, self.parameter
+        self.balloon.map.displace(self.vector(), u)
+        if motion is not None:
+            motion.parameter = before
+        found: Array = u.x.array.reshape(-1, 3).copy()
+        found.flags.writeable = False
+        return found
+
+    def vector(self) -> Vec:
+        """The unknowns q as a PETSc vector. Collective."""
+        q = self.balloon.map.create_vector()
+        q.array[:] = self.unknowns
+        return q
+
+    def restore(self) -> Vec:
+        """Put this state's loads and displacement back into its balloon; returns q. Collective."""
+        self.balloon.set_loads(self.pressure, self.prestress)
+        if self.balloon.prescribed is not None:
+            self.balloon.prescribed.parameter = self.parameter
+        q = self.vector()
+        self.balloon.set_unknowns(q)
+        return q
+
+
+@dataclass(frozen=True)
+class Checkpoint(State):
+    """A state read back: `inflate(balloon, pressure, start=checkpoint)` goes on from it.
+
+    Attributes:
+        notes: what was kept with it.
+        fields: other nodal fields that were, by name: this rank's values, ghosts included (nodes, 3).
+    """
+
+    notes: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    fields: Mapping[str, Array] = field(default_factory=dict, repr=False)
+
+
+@dataclass(frozen=True, repr=False)
+class Equilibrium(Summarized, State):
+    """A state, and what was measured on it.
+
+    Attributes:
         displacement: this rank's nodal displacements, ghosts included, (nodes, 3) [m].
         converged, reason, iterations: of SNES (all steps together); reason in words.
         residual: norm of the reduced residual [N, N m].
@@ -55,13 +111,8 @@ class Equilibrium(Frozen, Summarized):
         taut_area, wrinkled_area, slack_area: reference areas [m^2].
         num_dofs: displacement components of all nodes.
         steps: pressures at which Newton's method converged on the way [Pa].
-        parameter: of the guide that leads the balloon [m or rad], 0 without one.
     """
 
-    balloon: Balloon = field(repr=False)
-    pressure: float
-    prestress: float
-    unknowns: Array = field(repr=False)
     displacement: Array = field(repr=False)
     converged: bool
     reason: str
@@ -78,22 +129,6 @@ class Equilibrium(Frozen, Summarized):
     slack_area: float
     num_dofs: int
     steps: tuple[float, ...] = ()
-    parameter: float = 0.0
-
-    def vector(self) -> Any:
-        """The unknowns q as a PETSc vector. Collective."""
-        q = self.balloon.map.create_vector()
-        q.array[:] = self.unknowns
-        return q
-
-    def restore(self) -> Any:
-        """Put this state's loads and displacement back into its balloon; returns q. Collective."""
-        self.balloon.set_loads(self.pressure, self.prestress)
-        if self.balloon.prescribed is not None:
-            self.balloon.prescribed.parameter = self.parameter
-        q = self.vector()
-        self.balloon.set_unknowns(q)
-        return q
 
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
@@ -251,94 +286,3 @@ def require_drawn(balloon: Balloon) -> None:
             f"the supports move the film by {moved:.3g} m, and the ideal state is that of the lobes as they "
             "were drawn; leave lift or displacement out, or look at the inflated state"
         )
-
-
-class Keepable(Protocol):
-    """A state that can be saved: an `Equilibrium`, or unknowns in motion."""
-
-    @property
-    def balloon(self) -> Balloon:
-        """The balloon whose state it is."""
-
-    @property
-    def pressure(self) -> float:
-        """Gas pressure [Pa]."""
-
-    @property
-    def prestress(self) -> float:
-        """Pressure of the built-in stress [Pa]."""
-
-    @property
-    def displacement(self) -> Array:
-        """This rank's nodal displacements, ghosts included, (nodes, 3) [m]."""
-
-    def vector(self) -> Any:
-        """The unknowns q as a PETSc vector. Collective."""
-
-
-@dataclass(frozen=True)
-class Checkpoint(Frozen):
-    """A state read back: `inflate(balloon, pressure, start=checkpoint)` goes on from it.
-
-    Attributes:
-        balloon: the balloon whose unknowns these are.
-        pressure, prestress: as in `Equilibrium` [Pa].
-        unknowns: this rank's part of q.
-        notes: what was kept with it.
-        fields: other nodal fields that were, by name: this rank's values, ghosts included (nodes, 3).
-    """
-
-    balloon: Balloon = field(repr=False)
-    pressure: float
-    prestress: float
-    unknowns: Array = field(repr=False)
-    notes: Mapping[str, Any] = field(default_factory=dict, repr=False)
-    fields: Mapping[str, Array] = field(default_factory=dict, repr=False)
-
-    def vector(self) -> Any:
-        """The unknowns q as a PETSc vector. Collective."""
-        q = self.balloon.map.create_vector()
-        q.array[:] = self.unknowns
-        return q
-
-
-class Start(Protocol):
-    """A state from which `release` can start: an `Equilibrium`, a `Moment`, or one read back."""
-
-    @property
-    def balloon(self) -> Balloon: ...
-    @property
-    def pressure(self) -> float: ...
-    @property
-    def prestress(self) -> float: ...
-    def vector(self) -> Any:
-        """The unknowns q as a PETSc vector. Collective."""
-
-
-@dataclass(frozen=True)
-class Moment(Frozen):
-    """A balloon in motion: its loads and unknowns at one time.
-
-    Attributes:
-        balloon: the balloon whose unknowns these are.
-        pressure, prestress: as in `Equilibrium` [Pa].
-        unknowns: this rank's part of q.
-    """
-
-    balloon: Balloon = field(repr=False)
-    pressure: float
-    prestress: float
-    unknowns: Array = field(repr=False)
-
-    def vector(self) -> Any:
-        """The unknowns q as a PETSc vector. Collective."""
-        q = self.balloon.map.create_vector()
-        q.array[:] = self.unknowns
-        return q
-
-    @property
-    def displacement(self) -> Array:
-        """This rank's nodal displacements, ghosts included, (nodes, 3) [m]. Collective."""
-        u = fem.Function(self.balloon.V)
-        self.balloon.map.displace(self.vector(), u)
-        return u.x.array.reshape(-1, 3).copy()

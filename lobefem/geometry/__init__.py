@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lobefem.geometry.natural_shape import NaturalShape, isotensoid_stiffness
     from lobefem.geometry.pumpkin import PumpkinRecipe
     from lobefem.geometry.pumpkin_curve import PumpkinCurve
-    from lobefem.geometry.stacks import coarser, cylinder, lobed_cylinder, sector_of
+    from lobefem.geometry.stacks import StackRecipe, coarser, cylinder, lobed_cylinder, sector_of
     from lobefem.geometry.surface import Surface
     from lobefem.geometry.tendon_curve import TendonCurve
 
@@ -35,6 +35,7 @@ _HOME = {
     "NaturalShape": "natural_shape",
     "PumpkinCurve": "pumpkin_curve",
     "PumpkinRecipe": "pumpkin",
+    "StackRecipe": "stacks",
     "Surface": "surface",
     "TabulatedWidth": "gore",
     "TendonCurve": "tendon_curve",
@@ -57,6 +58,7 @@ __all__ = [
     "NaturalShape",
     "PumpkinCurve",
     "PumpkinRecipe",
+    "StackRecipe",
     "Surface",
     "TabulatedWidth",
     "TendonCurve",

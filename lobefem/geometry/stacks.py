@@ -7,6 +7,7 @@ Rank 0 runs Gmsh; nodes and cells do not depend on the number of ranks.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -27,7 +28,7 @@ from lobefem.typing import Comm, Unchecked
 
 from mpi4py import MPI
 
-__all__ = ["coarser", "cylinder", "lobed_cylinder", "sector_of"]
+__all__ = ["StackRecipe", "coarser", "cylinder", "lobed_cylinder", "sector_of"]
 
 _SEAM, _RIM = 100, 200  # seam k has the value 100 + k, the rims 201 and 202
 
@@ -79,7 +80,8 @@ def lobed_cylinder(
         raise InputError(
             f"shape is {shape!r}; give an Isotensoid, a NaturalShape, or None for the paper's design"
         )
-    return _make(shape, lobes, (2, 3), divisions, cell, order, diagonals, grading, layout, size, sector, comm)
+    recipe = StackRecipe(shape, lobes, divisions, cell, order, diagonals, grading, layout, size, sector)
+    return recipe.surface(comm)
 
 
 def cylinder(
@@ -116,102 +118,148 @@ def cylinder(
         SolveError: Gmsh failed (raised on every rank).
     """
     shape = Cylinder(radius, length)
-    return _make(shape, 1, (1, 3), divisions, cell, order, diagonals, grading, layout, size, sector, comm)
+    recipe = StackRecipe(shape, 1, divisions, cell, order, diagonals, grading, layout, size, sector)
+    return recipe.surface(comm)
 
 
-@timed("mesh")
-def _make(
-    shape: Lobe | Cylinder,
-    lobes: int,
-    least: tuple[int, int],
-    divisions: tuple[int, int],
-    cell: str,
-    order: int,
-    diagonals: str,
-    grading: float,
-    layout: str,
-    size: float | None,
-    sector: bool,
-    comm: Comm,
-    known: bool = False,
-) -> Surface:
-    """A surface; that of a `known` grid, which Gmsh has meshed on a finer one, is numbered without it."""
-    lobes = checks.integer("the number of lobes", lobes, 1)
-    if lobes > _MAX_LOBES:
-        raise InputError(f"the number of lobes is {lobes}; give {_MAX_LOBES} or less")
-    checks.one_of("cell", cell, ("triangle", "quadrilateral"))
-    checks.one_of("diagonals", diagonals, ("same", "alternating"))
-    checks.one_of("layout", layout, ("structured", "unstructured"))
-    order = checks.integer("the geometry's order", order, 1)
-    if order > 2:
-        raise InputError(f"the geometry's order is {order}; give 1 or 2")
-    corners = 3 if cell == "triangle" else 4
-    alternating = diagonals == "alternating"
-    if alternating and (corners == 4 or layout == "unstructured"):
-        raise InputError("diagonals='alternating' needs structured triangles; leave it out")
-    if not 0 <= grading <= 0.95 or (grading and layout == "unstructured"):
-        raise InputError(f"grading = {grading} must lie in [0, 0.95], and a structured mesh takes it only")
+@dataclass(frozen=True)
+class StackRecipe:
+    """From what the surface of a stack is made; `lobed_cylinder` says what each argument is.
 
-    counts = sectors = None
-    build: Callable[[], grid.SurfaceGrid]
-    if layout == "structured":
-        counts = _divisions(divisions, least, lobes, alternating)
-        sectors = counts[1] // 2 if alternating else counts[1]
-        if size is not None:
+    Args:
+        shape: of each lobe.
+        lobes: their number.
+        divisions: structured cells (along one lobe's meridian, around the axis).
+        cell: "triangle" or "quadrilateral".
+        order: degree of the geometry, 1 or 2.
+        diagonals: "same" or "alternating".
+        grading: how much flatter cells are at the rims.
+        layout: "structured" or "unstructured".
+        size: target edge length of an unstructured mesh [m].
+        sector: True for one of the equal sectors.
+
+    Raises:
+        InputError: an argument that cannot be used.
+    """
+
+    shape: Lobe | Cylinder
+    lobes: int = 1
+    divisions: tuple[int, int] = (24, 32)
+    cell: str = "triangle"
+    order: int = 1
+    diagonals: str = "same"
+    grading: float = 0.0
+    layout: str = "structured"
+    size: float | None = None
+    sector: bool = False
+
+    def __post_init__(self) -> None:
+        grading = self.grading
+        lobes = checks.integer("the number of lobes", self.lobes, 1)
+        if lobes > _MAX_LOBES:
+            raise InputError(f"the number of lobes is {lobes}; give {_MAX_LOBES} or less")
+        checks.one_of("cell", self.cell, ("triangle", "quadrilateral"))
+        checks.one_of("diagonals", self.diagonals, ("same", "alternating"))
+        checks.one_of("layout", self.layout, ("structured", "unstructured"))
+        order = checks.integer("the geometry's order", self.order, 1)
+        if order > 2:
+            raise InputError(f"the geometry's order is {order}; give 1 or 2")
+        structured, alternating = self.layout == "structured", self.diagonals == "alternating"
+        if alternating and (self.cell == "quadrilateral" or not structured):
+            raise InputError("diagonals='alternating' needs structured triangles; leave it out")
+        if not 0 <= grading <= 0.95 or (grading and not structured):
             raise InputError(
-                f"size is {size!r} but the layout is structured; give divisions, or layout='unstructured'"
+                f"grading = {grading} must lie in [0, 0.95], and a structured mesh takes it only"
             )
-        cut = diagonals if corners == 3 else None
-        nodes = lobes * counts[0] * (counts[1] if not sector else 1)
-        build = partial(_structured, shape, lobes, counts, cut, grading, order, sectors if sector else None)
-    else:
+        if structured:
+            least = (2, 3) if isinstance(self.shape, Lobe) else (1, 3)
+            counts = _divisions(self.divisions, least, lobes, alternating)
+            object.__setattr__(self, "divisions", counts)
+            if self.size is not None:
+                raise InputError(
+                    f"size is {self.size!r} but the layout is structured; give divisions, or "
+                    "layout='unstructured'"
+                )
+        else:
+            if self.sector:
+                raise InputError("an unstructured mesh has no equal sectors; use layout='structured'")
+            object.__setattr__(self, "size", _size(self.size, self.shape, lobes))
+
+    @property
+    def sectors(self) -> int | None:
+        """Number of equal sectors, None of an unstructured mesh."""
+        if self.layout != "structured":
+            return None
+        return self.divisions[1] // 2 if self.diagonals == "alternating" else self.divisions[1]
+
+    @timed("mesh")
+    def surface(self, comm: Comm = MPI.COMM_WORLD, known: bool = False) -> Surface:
+        """Mesh it. Collective.
+
+        Args:
+            comm: MPI communicator.
+            known: True for a grid that Gmsh has meshed on a finer one: it is numbered without Gmsh.
+
+        Raises:
+            SolveError: Gmsh failed (raised on every rank).
+        """
+        shape, lobes, order, grading, sector = self.shape, self.lobes, self.order, self.grading, self.sector
+        sectors, counts = self.sectors, self.divisions if self.layout == "structured" else None
+        build: Callable[[], grid.SurfaceGrid]
+        cut = self.diagonals if self.cell == "triangle" else None
+        if counts is not None:
+            nodes = lobes * counts[0] * (counts[1] if not sector else 1)
+            build = partial(
+                _structured, shape, lobes, counts, cut, grading, order, sectors if sector else None
+            )
+        else:
+            assert self.size is not None  # by `__post_init__`
+            nodes = round(lobes * shape.area / self.size**2)
+            corners = 3 if self.cell == "triangle" else 4
+            build = partial(_unstructured, shape, lobes, self.size, corners, order)
+
         if sector:
-            raise InputError("an unstructured mesh has no equal sectors; use layout='structured'")
-        length = _size(size, shape, lobes)
-        nodes = round(lobes * shape.area / length**2)
-        build = partial(_unstructured, shape, lobes, length, corners, order)
+            comm = MPI.COMM_SELF
+        nodes *= order**2
+        fewer = "try fewer divisions" if self.layout == "structured" else "try a larger size"
+        require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
+        surface_grid: grid.SurfaceGrid | None
+        if counts is not None and (comm.size > 1 or known) and order == 1:  # each rank numbers its own rows
+            surface_grid = grid.grid(shape, lobes, counts, cut, grading, comm.rank, comm.size)
+        else:
+            surface_grid = distribute.on_root(comm, build)
+        x = None if surface_grid is None else grid.place(shape, lobes, surface_grid.t, surface_grid.theta)
+        mesh = distribute.distribute_mesh(
+            comm, self.cell, order, x, None if surface_grid is None else surface_grid.cells
+        )
+        mesh.name = "film"
+        manifold.vouch(mesh)
 
-    if sector:
-        comm = MPI.COMM_SELF
-    nodes *= order**2
-    fewer = "try fewer divisions" if layout == "structured" else "try a larger size"
-    require_memory(comm, _BYTES * nodes, f"a mesh of {nodes:.3g} nodes", fewer)
-    surface_grid: grid.SurfaceGrid | None
-    if counts is not None and (comm.size > 1 or known) and order == 1:  # each rank numbers its own rows
-        surface_grid = grid.grid(shape, lobes, counts, cut, grading, comm.rank, comm.size)
-    else:
-        surface_grid = distribute.on_root(comm, build)
-    x = None if surface_grid is None else grid.place(shape, lobes, surface_grid.t, surface_grid.theta)
-    mesh = distribute.distribute_mesh(
-        comm, cell, order, x, None if surface_grid is None else surface_grid.cells
-    )
-    mesh.name = "film"
-    manifold.vouch(mesh)
-
-    groups = {f"lobe_{k}": (2, k) for k in range(1, lobes + 1)}
-    groups |= {f"seam_{k}": (1, _SEAM + k) for k in range(1, lobes)}
-    rim = max(_RIM, _SEAM + lobes)  # beyond a hundred lobes the rims make way for the seams
-    groups |= {"rim_bottom": (1, rim + 1), "rim_top": (1, rim + 2)}
-    values = [rim + 1, *range(_SEAM + 1, _SEAM + lobes), rim + 2]
-    first_cell, rings = comm.bcast(
-        None if surface_grid is None else (surface_grid.first_cell, surface_grid.rings), root=0
-    )
-    num_nodes = comm.allreduce(0 if surface_grid is None else len(surface_grid.t))
-    surface = Surface(
-        mesh=mesh,
-        lobes=distribute.lobe_tags(mesh, first_cell),
-        edges=distribute.edge_tags(mesh, rings, values, num_nodes),
-        groups=groups,
-        axis=np.array([0.0, 0.0, 1.0]),
-        cyclic_order=sectors,
-        divisions=counts,
-        shape=shape,
-        num_lobes=lobes,
-        copies=sectors if sector and sectors is not None else 1,
-        grading=grading,
-    )
-    logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), cell, num_nodes)
-    return surface
+        groups = {f"lobe_{k}": (2, k) for k in range(1, lobes + 1)}
+        groups |= {f"seam_{k}": (1, _SEAM + k) for k in range(1, lobes)}
+        rim = max(_RIM, _SEAM + lobes)  # beyond a hundred lobes the rims make way for the seams
+        groups |= {"rim_bottom": (1, rim + 1), "rim_top": (1, rim + 2)}
+        values = [rim + 1, *range(_SEAM + 1, _SEAM + lobes), rim + 2]
+        first_cell, rings = comm.bcast(
+            None if surface_grid is None else (surface_grid.first_cell, surface_grid.rings), root=0
+        )
+        num_nodes = comm.allreduce(0 if surface_grid is None else len(surface_grid.t))
+        surface = Surface(
+            mesh=mesh,
+            lobes=distribute.lobe_tags(mesh, first_cell),
+            edges=distribute.edge_tags(mesh, rings, values, num_nodes),
+            groups=groups,
+            axis=np.array([0.0, 0.0, 1.0]),
+            cyclic_order=sectors,
+            divisions=counts,
+            shape=shape,
+            num_lobes=lobes,
+            copies=sectors if sector and sectors is not None else 1,
+            grading=grading,
+            recipe=self,
+        )
+        logger.info("meshed %d lobe(s): %d %ss, %d nodes", lobes, int(first_cell[-1]), self.cell, num_nodes)
+        return surface
 
 
 def _structured(
@@ -245,7 +293,8 @@ def sector_of(surface: Surface, axis: Axis | None = None) -> Surface:
     """
     if surface.cyclic_order is None or surface.divisions is None or surface.shape is None:
         raise InputError("a single harmonic needs a cyclic mesh; use mesh layout 'structured'")
-    return _moved(_alike(surface, surface.divisions, sector=True), axis)
+    recipe = replace(_recipe(surface), sector=True)
+    return _moved(recipe.surface(surface.mesh.comm), axis)
 
 
 def coarser(surface: Surface, axis: Axis | None = None) -> Surface | None:
@@ -259,28 +308,31 @@ def coarser(surface: Surface, axis: Axis | None = None) -> Surface | None:
     """
     if surface.divisions is None or surface.copies != 1 or surface.grading or surface.shape is None:
         return None
+    recipe = _recipe(surface)
     along, around = (count // 2 for count in surface.divisions)
     even = surface.divisions == (2 * along, 2 * around)
-    if not even or along < 4 or around < 4 or (_diagonals(surface) == "alternating" and around % 2):
+    if not even or along < 4 or around < 4 or (recipe.diagonals == "alternating" and around % 2):
         return None
-    return _moved(_alike(surface, (along, around), known=True), axis)
+    return _moved(replace(recipe, divisions=(along, around)).surface(surface.mesh.comm, known=True), axis)
 
 
-def _diagonals(surface: Surface) -> str:
-    return "same" if surface.divisions and surface.cyclic_order == surface.divisions[1] else "alternating"
-
-
-def _alike(
-    surface: Surface, divisions: tuple[int, int], sector: bool = False, known: bool = False
-) -> Surface:
-    """A structured surface again, with other divisions or one sector of it. Collective."""
+def _recipe(surface: Surface) -> StackRecipe:
+    """The recipe of a structured surface; that of a mesh of one's own is what it says of itself."""
+    if isinstance(surface.recipe, StackRecipe):
+        return surface.recipe
     assert surface.shape is not None  # by those who call
+    assert surface.divisions is not None
     cell = surface.mesh.topology.cell_name()
-    order = 1 if dolfinx_compat.geometry_dofmap(surface.mesh).shape[1] == {"triangle": 3}.get(cell, 4) else 2
-    return _make(
-        surface.shape, surface.num_lobes, (1, 3), divisions, cell, order, _diagonals(surface),
-        surface.grading, "structured", None, sector, surface.mesh.comm, known,
-    )  # fmt: skip
+    nodes = dolfinx_compat.geometry_dofmap(surface.mesh).shape[1]
+    return StackRecipe(
+        surface.shape,
+        surface.num_lobes,
+        surface.divisions,
+        cell,
+        order=1 if nodes == {"triangle": 3}.get(cell, 4) else 2,
+        diagonals="same" if surface.cyclic_order == surface.divisions[1] else "alternating",
+        grading=surface.grading,
+    )
 
 
 def _unstructured(

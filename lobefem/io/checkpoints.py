@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import checks
-from lobefem.equilibrium.state import Checkpoint, Equilibrium, Keepable
+from lobefem.equilibrium.state import Checkpoint, Equilibrium, State
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.io import npz
@@ -44,7 +44,7 @@ _MODE = ("residual", "harmonic", "harmonics", "kind")
 
 def save_state(
     path: str | Path,
-    state: Keepable,
+    state: State,
     notes: Mapping[str, Any] | None = None,
     fields: Mapping[str, Array] | None = None,
 ) -> None:
@@ -104,7 +104,8 @@ def load_state(path: str | Path, balloon: Balloon) -> Checkpoint:
         if name.startswith(_FIELD)
     }
     pressure, prestress = map(float, pressures)
-    return Checkpoint(balloon, pressure, prestress, unknowns, file.notes, fields)
+    parameter = balloon.prescribed.parameter if balloon.prescribed is not None else 0.0
+    return Checkpoint(balloon, pressure, prestress, unknowns, file.notes, fields, parameter=parameter)
 
 
 def _with_ghosts(balloon: Balloon, owned: Array) -> Array:

@@ -26,7 +26,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from lobefem.equilibrium.state import Checkpoint, Equilibrium, Keepable
+from lobefem.equilibrium.state import Checkpoint, Equilibrium, State
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.files import on_root, replace, replacing, require_writable, save_json, to_json
@@ -232,7 +232,7 @@ class RunFolder:
             self._claim()
         self.has_steps = True
 
-    def keep(self, state: Keepable, notes: Mapping[str, Any]) -> None:
+    def keep(self, state: State, notes: Mapping[str, Any]) -> None:
         """Keep a state to go on from, with plain data, in place of the last one. Collective."""
         self._before_step()
         save_state(self.path / "checkpoint.npz", state, notes)

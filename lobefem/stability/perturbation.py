@@ -20,7 +20,7 @@ from lobefem.equilibrium.energy_ledger import Ledger
 from lobefem.equilibrium.gradient_flow import Record
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.ramp import Increment
-from lobefem.equilibrium.state import Checkpoint, Equilibrium, Keepable, Moment, require_whole
+from lobefem.equilibrium.state import Checkpoint, Equilibrium, State, require_whole
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry.axis import across
@@ -31,7 +31,7 @@ from lobefem.typing import Array, Vec
 
 __all__ = ["Perturbed", "Point", "perturb"]
 
-Keep = Callable[[Keepable, Mapping[str, Any]], None]
+Keep = Callable[[State, Mapping[str, Any]], None]
 
 
 @dataclass(frozen=True)
@@ -293,7 +293,7 @@ class _Log:
 
     # --- release --------------------------------------------------------------------------------
 
-    def moved(self, record: Record, before: Moment) -> None:
+    def moved(self, record: Record, before: State) -> None:
         """Write down a step of the release, at whose end the balloon is."""
         if record.number < self._seen:
             return  # the step that a resumed release takes again
@@ -320,7 +320,7 @@ class _Log:
         # the step began where the one before ended
         self._keep(before, "release", len(self.history) - (2 if record.number else 1))
 
-    def _keep(self, state: Keepable | None, phase: str, point: int) -> None:
+    def _keep(self, state: State | None, phase: str, point: int) -> None:
         if self.keep is None or state is None:
             return
         notes = {

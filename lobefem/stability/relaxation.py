@@ -16,7 +16,7 @@ from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.energy_ledger import Ledger
 from lobefem.equilibrium.gradient_flow import GradientFlow, Record, damping_scale
 from lobefem.equilibrium.inflation import inflate
-from lobefem.equilibrium.state import Equilibrium, Moment, Start
+from lobefem.equilibrium.state import Equilibrium, State
 from lobefem.errors import ConvergenceError, EigenError, InputError
 from lobefem.fem.functionals import largest
 from lobefem.fem.rigid_motions import distance_of, num_turns
@@ -90,7 +90,7 @@ class Released(Summarized):
 
 
 def release(
-    start: Start,
+    start: State,
     *,
     undistorted: Equilibrium | None = None,
     damping: float = 1.0,
@@ -102,7 +102,7 @@ def release(
     ledger: Ledger | None = None,
     history: Sequence[Record] = (),
     count: int = 4,
-    on_step: Callable[[Record, Moment], None] | None = None,
+    on_step: Callable[[Record, State], None] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Released:
     """Let a displaced balloon go, under the pressure that it has, and say where it comes to rest.
@@ -157,7 +157,7 @@ def release(
             f"load, V = {record.volume:.6g} m^3"
         )
         if on_step is not None:
-            on_step(record, Moment(balloon, start.pressure, start.prestress, unknowns))
+            on_step(record, State(balloon, start.pressure, start.prestress, unknowns))
 
     c = damping * damping_scale(balloon)
     flow = GradientFlow(
@@ -175,7 +175,7 @@ def release(
         records, rejected = tuple(flow.history), flow.ts.getStepRejections()
     finally:
         flow.destroy()
-    last = Moment(balloon, start.pressure, start.prestress, q.array_r.copy())
+    last = State(balloon, start.pressure, start.prestress, q.array_r.copy())
     say("release: equilibrium without damping")
     state, why = _undamped(last)
     modes = lowest = None
@@ -209,7 +209,7 @@ def release(
 
 
 def _check(
-    start: Start,
+    start: State,
     damping: float,
     tolerance: float,
     settled: float,
@@ -227,7 +227,7 @@ def _check(
     require_energy(start.balloon.film)
 
 
-def _undamped(last: Moment) -> tuple[Equilibrium | None, str]:
+def _undamped(last: State) -> tuple[Equilibrium | None, str]:
     """The equilibrium at the damped motion's end by Newton's method, or why there is none. Collective."""
     start: Any = last
     try:

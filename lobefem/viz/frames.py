@@ -25,7 +25,7 @@ from lobefem.typing import Array
 from lobefem.viz.film_mesh import FilmMesh, around, film_mesh
 
 if TYPE_CHECKING:
-    from lobefem.equilibrium.state import Keepable
+    from lobefem.equilibrium.state import State
 
 __all__ = ["FRAMES", "Frames", "keep_frame", "load_frames"]
 
@@ -47,7 +47,7 @@ class Frames(Frozen):
     displacements: tuple[Array, ...] = field(repr=False)
 
 
-def keep_frame(folder: Path, point: int, state: Keepable, always: Collection[int] = ()) -> None:
+def keep_frame(folder: Path, point: int, state: State, always: Collection[int] = ()) -> None:
     """Keep a shape, if it is one of those to keep: every 2^k-th, k as small as leaves 48. Collective.
 
     Args:

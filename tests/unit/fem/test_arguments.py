@@ -228,10 +228,11 @@ def test_every_frozen_record_with_arrays_keeps_them_read_only(comm):
         if kind is Surface:  # which looks at what it is given
             continue
         array, within = np.zeros(3), {"one": np.zeros(3), "two": 2}
-        arguments = dict.fromkeys((f.name for f in dataclasses.fields(kind)), array)
-        arguments |= {name: within for name in names if "Mapping" in str(kind.__annotations__[name])}
-        arguments |= {name: (array, array) for name in names if "tuple[" in str(kind.__annotations__[name])}
-        arguments |= {name: [array] for name in names if "list[" in str(kind.__annotations__[name])}
+        types = {f.name: str(f.type) for f in dataclasses.fields(kind)}
+        arguments = dict.fromkeys(types, array)
+        arguments |= {name: within for name in names if "Mapping" in types[name]}
+        arguments |= {name: (array, array) for name in names if "tuple[" in types[name]}
+        arguments |= {name: [array] for name in names if "list[" in types[name]}
         if kind is Surface:  # looks at what it is given
             arguments = {"mesh": mesh, "axis": array + 1.0, "origin": array}
         record = kind(**arguments)

@@ -1,6 +1,7 @@
 """Meshes of the film: exact nodes, outward cells, named parts, the same on any number of ranks."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from scipy.spatial import KDTree
 from lobefem.errors import InputError
 from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.isotensoid import Isotensoid
-from lobefem.geometry.stacks import cylinder, lobed_cylinder, sector_of
+from lobefem.geometry.stacks import StackRecipe, coarser, cylinder, lobed_cylinder, sector_of
 from lobefem.linalg.dolfinx_compat import entity_nodes, geometry_dofmap
 
 import ufl
@@ -405,3 +406,37 @@ def test_a_mesh_is_distributed_the_same_way_every_time(comm):
     first, *others = (lobed_cylinder(4, (12, 16), comm=comm).mesh.geometry.x for _ in range(8))
     for x in others:
         np.testing.assert_array_equal(x, first)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"diagonals": "alternating"},
+        {"cell": "quadrilateral", "order": 2},
+        {"layout": "unstructured", "divisions": (24, 32), "size": 0.9},
+    ],
+    ids=str,
+)
+def test_a_surface_keeps_its_recipe(comm, changes):
+    recipe = lobed_cylinder(2, **{"divisions": (8, 16)} | changes, comm=comm).recipe
+    assert recipe == StackRecipe(Isotensoid.from_edge_radius(), 2, **{"divisions": (8, 16)} | changes)
+    again = recipe.surface(comm)
+    assert again.recipe == recipe
+    if recipe.layout == "unstructured":
+        with pytest.raises(InputError, match="needs a cyclic mesh"):
+            sector_of(again)
+        assert coarser(again) is None
+        return
+    sector, half = sector_of(again), coarser(again)
+    assert sector.recipe == replace(recipe, sector=True)
+    assert sector.copies == recipe.sectors
+    assert half.recipe == replace(recipe, divisions=(4, 8))
+    # by the recipe and not by what the surface looks like
+    other = replace(again, recipe=replace(recipe, lobes=3))
+    assert sector_of(other).num_lobes == coarser(other).num_lobes == 3
+
+
+def test_a_cylinder_keeps_its_recipe(comm):
+    surface = cylinder(1.5, 3.0, (1, 8), comm=comm)
+    assert surface.recipe == StackRecipe(Cylinder(1.5, 3.0), 1, (1, 8))
+    assert sector_of(surface).recipe.sector

@@ -13,7 +13,7 @@ from lobefem.equilibrium.distortions import Tip
 from lobefem.equilibrium.energy_ledger import Ledger
 from lobefem.equilibrium.gradient_flow import GradientFlow, damping_scale
 from lobefem.equilibrium.inflation import inflate
-from lobefem.equilibrium.state import Moment
+from lobefem.equilibrium.state import State
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.rigid_motions import distance_of
@@ -51,7 +51,7 @@ def swayed(balloon, degrees, pressure=5.0):
     k = motion.names.index("bar_tilt_1")
     y[k : k + 2] = motion.tilts([0, lean, 0])
     q = unknowns(balloon, displacement, y)
-    return Moment(balloon, pressure, pressure, q.array.copy())
+    return State(balloon, pressure, pressure, q.array.copy())
 
 
 @pytest.mark.slow
@@ -110,7 +110,7 @@ def test_a_dead_load_works_too_and_is_no_contact(comm):
     without = Balloon(surface, TensionField(), parts, prestressed=True)
     balloon = Balloon(surface, TensionField(), [*parts, PlateLoad((0.0, 3.0, -20.0))], prestressed=True)
     rest = inflate(balloon, 5.0)
-    start = Moment(balloon, 5.0, 5.0, inflate(without, 5.0).unknowns)
+    start = State(balloon, 5.0, 5.0, inflate(without, 5.0).unknowns)
     found = release(start, undistorted=rest, tolerance=2e-4, count=1)
     assert found.outcome == RETURNED
     assert found.ledger.error < 1e-2
@@ -188,7 +188,7 @@ def test_a_mode_decays_at_its_eigenvalue_over_the_damping(comm):
     mode = find_modes(rest, 1)[0]
     size = 1e-5
     q = unknowns(balloon, rest.displacement + size * mode.displacement)
-    start = Moment(balloon, 5.0, 5.0, q.array.copy())
+    start = State(balloon, 5.0, 5.0, q.array.copy())
     B, shape = balloon.mass(q), unknowns(balloon, mode.displacement)
     dual = shape.duplicate()
     B.mult(shape, dual)
@@ -222,7 +222,7 @@ def test_a_release_has_the_loads_of_its_start(comm):
 def test_the_shape_to_return_to_has_the_starts_built_in_stress(comm):
     balloon, _ = stack(comm, lobes=1, divisions=(4, 6))
     held = inflate(balloon, 50.0, prestress=5.0)
-    found = release(Moment(balloon, 50.0, 5.0, held.unknowns), count=1)
+    found = release(State(balloon, 50.0, 5.0, held.unknowns), count=1)
     assert found.outcome == RETURNED
     assert found.distance < 1e-6
     assert (found.state.pressure, found.state.prestress) == (50.0, 5.0)
@@ -298,7 +298,7 @@ def test_numbers_out_of_range_are_refused(comm, change, text):
     balloon, rest = stack(comm, divisions=(4, 6))
     with pytest.raises(InputError, match=text):
         release(rest, **change)
-    empty = Moment(balloon, 0.0, 0.0, rest.unknowns)
+    empty = State(balloon, 0.0, 0.0, rest.unknowns)
     with pytest.raises(InputError, match="needs a gas pressure"):
         release(empty)
 
