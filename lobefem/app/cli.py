@@ -1,7 +1,7 @@
 """The `lobefem` command: options over a design file, results as a table, as JSON and in a folder.
 
 Nothing heavy is imported before a command runs, so that --help answers at once. All ranks parse the
-same arguments; rank 0 alone speaks. Exit codes: 0 done, 1 a fault of ours, 2 bad input, 3 a solve
+same arguments; rank 0 alone prints. Exit codes: 0 done, 1 a fault of lobefem, 2 bad input, 3 a solve
 that failed, 130 interrupted.
 """
 
@@ -332,7 +332,7 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
             replace(Path(json), text)
         if not quiet:
             show_rows(list(runs.table(study, rows)))
-            print(f"Table, chart and the points' own folders are in {printable(out)}")
+            print(f"Table, chart and the run folders of the points are in {printable(out)}")
     sys.stdout.flush()
     return 3 if found["failed"] == len(rows) else 0
 
