@@ -57,8 +57,8 @@ def plate_motion(surface: Surface, plates: EndPlates, axis: Axis) -> PlateMotion
     Collective.
     """
     mesh = surface.mesh
-    # exact for the area within edges of any of our degrees
-    rule = {"quadrature_degree": 4}
+    # exact for the area within edges of any of our degrees and for its moment
+    rule = {"quadrature_degree": 5}
     names = ("rim_bottom", "rim_top")
     rims = [surface.facets(name) for name in names]
     # tags of our own: a surface's may depend on its number of lobes, and what is compiled on the tags
@@ -68,15 +68,18 @@ def plate_motion(surface: Surface, plates: EndPlates, axis: Axis) -> PlateMotion
     e, origin = axis_terms(mesh, axis)
     X = ufl.SpatialCoordinate(mesh) - origin
     t = ufl.cross(ufl.CellNormal(mesh), ufl.FacetNormal(mesh))
-    wanted = ufl.dot(ufl.cross(X, t), e) / 2, fem.Constant(mesh, 1.0), ufl.dot(X, e)
+    swept = ufl.dot(ufl.cross(X, t), e) / 2
+    wanted = swept, fem.Constant(mesh, 1.0), swept * ufl.dot(X, e)
     found = totals(mesh, together(mesh, *((f, ds(k)) for k in (1, 2) for f in wanted)))
-    areas, lengths, heights = found.reshape(2, 3).T
+    areas, lengths, moments = found.reshape(2, 3).T
     for name, length in zip(names, lengths, strict=True):
         if length == 0.0:
             raise InputError(f"edge group '{name}' is empty: there is no rim to close by a plate")
     if not isinstance(plates.bar, bool):  # a sector has its share of the plates and of their bar
         plates = replace(plates, bar=plates.bar / surface.copies)
-    centres = axis.origin + np.outer(heights / lengths, axis.direction)
+    # a rim of arcs between tendons is not flat: its height is the mean over what it encloses, with which
+    # the gas on film and plates has no other resultant than its buoyancy
+    centres = axis.origin + np.outer(moments / areas, axis.direction)
     return PlateMotion(plates, centres, np.abs(areas), axis.origin, surface.copies)
 
 

@@ -85,6 +85,8 @@ class WeakForms:
             # and the frame vary over it
             varies = balloon.prestressed or film.directional or load_path is not None
             degree = (4 if varies else 1) if linear else 2 * balloon.order + (not simplex)
+            if balloon.load.gradient:  # and for the integral of z over it
+                degree = max(degree, 4 * balloon.order - 1 - simplex)
             if balloon.pattern is not None:  # rational, and exact by no rule
                 degree = max(degree, 2 * balloon.order + 2)
         # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
