@@ -12,6 +12,7 @@ from lobefem.faces import face
 from lobefem.linalg import dolfinx_compat as _dolfinx_compat  # first: it finds the stack
 
 if TYPE_CHECKING:
+    from lobefem.stability.all_gores import full_modes
     from lobefem.stability.continuum import continuum_pressure
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
@@ -36,6 +37,7 @@ __all__ = [
     "critical_point",
     "critical_pressure",
     "find_modes",
+    "full_modes",
     "harmonic_pressures",
     "mesh_study",
     "perturb",
@@ -57,6 +59,7 @@ _HOME = {
     "critical_point": "nonlinear_buckling",
     "critical_pressure": "linear_buckling",
     "find_modes": "modes",
+    "full_modes": "all_gores",
     "harmonic_pressures": "harmonic_buckling",
     "mesh_study": "mesh_convergence",
     "perturb": "perturbation",
