@@ -14,6 +14,7 @@ from lobefem.linalg import dolfinx_compat as _dolfinx_compat  # first: it finds 
 if TYPE_CHECKING:
     from lobefem.stability.all_gores import full_modes
     from lobefem.stability.continuum import continuum_pressure
+    from lobefem.stability.gore_buckling import GorePressures, critical_pressures
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
     from lobefem.stability.mesh_convergence import MeshStudy, mesh_study
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = [
     "CriticalPoint",
     "CriticalPressure",
+    "GorePressures",
     "HarmonicPressures",
     "MeshStudy",
     "Mode",
@@ -36,6 +38,7 @@ __all__ = [
     "continuum_pressure",
     "critical_point",
     "critical_pressure",
+    "critical_pressures",
     "find_modes",
     "full_modes",
     "harmonic_pressures",
@@ -48,6 +51,7 @@ __all__ = [
 _HOME = {
     "CriticalPoint": "nonlinear_buckling",
     "CriticalPressure": "linear_buckling",
+    "GorePressures": "gore_buckling",
     "HarmonicPressures": "harmonic_buckling",
     "MeshStudy": "mesh_convergence",
     "Mode": "modes",
@@ -58,6 +62,7 @@ _HOME = {
     "continuum_pressure": "continuum",
     "critical_point": "nonlinear_buckling",
     "critical_pressure": "linear_buckling",
+    "critical_pressures": "gore_buckling",
     "find_modes": "modes",
     "full_modes": "all_gores",
     "harmonic_pressures": "harmonic_buckling",

@@ -282,6 +282,7 @@ class GorePencil:
         balloon: the tied one, its unknowns set to the state's.
         mass: "unit" or "nodal".
         scale: size of the first shift, of the lowest eigenvalues' order or less.
+        starts: vectors of neighbouring states to start from, by harmonic; new ones are written there.
 
     Attributes:
         own: the state in the untied q.
@@ -291,7 +292,14 @@ class GorePencil:
         InputError: film whose stress is no energy's gradient.
     """
 
-    def __init__(self, sector: GoreSector, balloon: Balloon, mass: str, scale: float) -> None:
+    def __init__(
+        self,
+        sector: GoreSector,
+        balloon: Balloon,
+        mass: str,
+        scale: float,
+        starts: dict[int, ComplexArray] | None = None,
+    ) -> None:
         loose = sector.balloon
         if not loose.film.has_energy:
             raise InputError(
@@ -303,7 +311,7 @@ class GorePencil:
         self._K = sector.aligned(loose.tangent(self.own))
         self._M = sector.aligned(_mass(sector, self.own, mass))
         self._condensed: Condensed | None = None
-        self._starts: dict[int, ComplexArray] = {}
+        self._starts = {} if starts is None else starts
         self.asymmetry = 0.0
         self._skew, self._size = self._asymmetric_part()
 
