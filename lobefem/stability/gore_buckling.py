@@ -20,6 +20,7 @@ from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import stiffness_scale
+from lobefem.fem.rigid_motions import free_to_rotate, is_turn
 from lobefem.files import on_all
 from lobefem.frozen import Frozen
 from lobefem.progress import said
@@ -236,7 +237,17 @@ class _Path:
         state.restore()
         scale = 1e-2 * stiffness_scale(self._balloon, state.pressure)
         pencil = GorePencil(self._gore, self._balloon, "unit", scale, self._starts)
-        return {n: pencil.lowest(n)[0].value for n in harmonics}
+        return {n: self._lowest(pencil, state, n) for n in harmonics}
+
+    def _lowest(self, pencil: GorePencil, state: Equilibrium, harmonic: int) -> float:
+        """The lowest eigenvalue of a harmonic, that of a rotation which the supports leave free left out."""
+        turns = harmonic == 1 and free_to_rotate(self._balloon)
+        modes = pencil.lowest(harmonic, 1 + turns)
+        for mode in modes if turns else ():
+            field = self._gore.displacement(pencil.own, mode.vector)
+            if not is_turn(self._balloon, state.displacement, field.real):
+                return mode.value
+        return modes[0].value
 
     def add(self, state: Equilibrium) -> None:
         """A further state, with its eigenvalues, dealt out to the ranks. Collective."""

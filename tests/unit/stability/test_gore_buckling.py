@@ -4,10 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from builders import pumpkin
+from builders import pumpkin, stack
 
 from lobefem.equilibrium.inflation import inflate
 from lobefem.errors import InputError
+from lobefem.geometry.stacks import lobed_cylinder
+from lobefem.model.end_plates import EndPlates
 from lobefem.stability import gore_buckling
 from lobefem.stability.all_gores import full_modes
 from lobefem.stability.gore_buckling import critical_pressures
@@ -26,7 +28,7 @@ def analytic(monkeypatch):
             def __init__(self, sector, balloon, mass, scale, starts=None):
                 self._pressure = float(balloon.pressure.value)
 
-            def lowest(self, n):
+            def lowest(self, n, count=1):
                 return [GoreMode(n, functions[f"n{n}"](self._pressure), np.zeros(1), 0.0)]
 
         monkeypatch.setattr(gore_buckling, "GorePencil", Pencil)
@@ -148,6 +150,16 @@ def test_a_path_that_ends_says_so(analytic, monkeypatch):
 def test_arguments_are_checked(given, text):
     with pytest.raises(InputError, match=text):
         critical_pressures(pumpkin(divisions=(4, 2)), **given)
+
+
+def test_a_rotation_that_is_free_is_no_loss_of_stability():
+    sector = stack(surface=lobed_cylinder(1, (6, 8), sector=True), plates=EndPlates("pinned", bar=False))
+    found = critical_pressures(sector, [1], up_to=8.0, start=4.0)
+    state = inflate(sector, 8.0)
+    own = [mode for mode in find_modes(state, 3, harmonics=[1]).modes if not mode.rigid]
+    assert found.chart(1)[-1] == pytest.approx(own[0].value.real, rel=1e-6)
+    assert found.chart(1)[-1] > 1e-3
+    assert found.pressure is None
 
 
 def test_a_whole_balloon_is_refused():
