@@ -39,7 +39,7 @@ class Pattern(Drawn):
         frame: of the drawn surface.
 
     Attributes:
-        area: pattern's area per area of the drawn surface.
+        area: pattern's area per area of the drawn surface, positive on whichever face the pattern was drawn.
     """
 
     def __init__(self, coordinates: Any, frame: Frame) -> None:
@@ -47,7 +47,7 @@ class Pattern(Drawn):
         along, across = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
         self._A = ufl.as_matrix([[along[0], across[0]], [along[1], across[1]]])
         self._inverse = ufl.inv(self._A)
-        self.area = ufl.det(self._A)
+        self.area = abs(ufl.det(self._A))
 
     def linear(self, drawn: Any) -> Any:
         """A^-T E A^-1."""

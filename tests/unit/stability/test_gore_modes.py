@@ -29,6 +29,7 @@ CASES = {
     "quads": {},
     "triangles": {"cell": "triangle", "order": 1, "divisions": (6, 4)},
     "bilinear": {"order": 1, "divisions": (6, 3)},
+    "flat": {"flat": True},
     "isotropic, gradient": {"film": Isotropic(**FILM), "gas": GasPressure("closed", gradient=3.0)},
     "wrinkles": {"film": FixedWrinkles(**FILM, slack_stiffness=1e-2)},
     "orthotropic": {"film": Orthotropic(**ORTHOTROPIC)},
