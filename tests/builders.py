@@ -98,3 +98,45 @@ def pumpkin(
     film = film or TensionField(E=300e6, nu=0.4, thickness=38e-6)
     parts = [gas or GasPressure(), tendons or Tendons(EA=1e5), EndPlates(bar=False), *parts]
     return Balloon(surface, film, parts, pattern=recipe.pattern(surface) if flat else None, **given)
+
+
+def isotensoid_pumpkin(
+    gores=8,
+    divisions=(6, 2),
+    cell="quadrilateral",
+    order=2,
+    *,
+    full=False,
+    film=None,
+    gas=None,
+    angle=60.0,
+    EA=1e5,
+    plates=None,
+    flat=False,
+    parts=(),
+    **given,
+):
+    """A pumpkin balloon on the isotensoid of 5 m radius, one gore of it or all, with a tendon on each cut.
+
+    Args:
+        gores: number of gores.
+        divisions: rows and columns of cells of a gore.
+        cell: of the mesh.
+        order: of the mesh.
+        full: True for all gores.
+        film: tension field of 300 MPa and 38 um if None.
+        gas: its pressure, closed if None.
+        angle: half angle of the lobes [deg].
+        EA: of the tendons [N].
+        plates: the end fittings, free on top if None.
+        flat: True for gores that are cut flat.
+        parts: further parts.
+        given: to `Balloon`.
+    """
+    gore = Gore(PumpkinCurve(5.0, (0.25, 0.25)), gores, ConstantAngle(math.radians(angle)))
+    recipe = PumpkinRecipe(gore, divisions, cell, order, full=full)
+    surface = recipe.surface()
+    film = film or TensionField(E=300e6, nu=0.4, thickness=38e-6, slack_stiffness=1e-5)
+    components = [gas or GasPressure("closed"), Tendons(EA=EA), plates or EndPlates(bar=False), *parts]
+    pattern = recipe.pattern(surface) if flat else None
+    return Balloon(surface, film, components, pattern=pattern, **given)

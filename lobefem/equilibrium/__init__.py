@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.distortions import Bend, Distortion, Tip, Twist, Wave
     from lobefem.equilibrium.energy_ledger import Ledger
     from lobefem.equilibrium.form_finding import Form, find_form, row_means
+    from lobefem.equilibrium.full_model import full_state
     from lobefem.equilibrium.gradient_flow import GradientFlow, Record
     from lobefem.equilibrium.inflation import inflate
     from lobefem.equilibrium.ramp import Increment
@@ -38,6 +39,7 @@ _HOME = {
     "constrain": "displacement_control",
     "distort": "displacement_control",
     "find_form": "form_finding",
+    "full_state": "full_model",
     "ideal_state": "state",
     "inflate": "inflation",
     "record": "state",
@@ -62,6 +64,7 @@ __all__ = [
     "constrain",
     "distort",
     "find_form",
+    "full_state",
     "ideal_state",
     "inflate",
     "record",

@@ -17,12 +17,12 @@ from lobefem.fem.constraint_map import Ties
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.geometry.axis import Axis
 from lobefem.geometry.surface import Surface
-from lobefem.typing import Array, ComplexArray, Space
+from lobefem.typing import Array, ComplexArray, Integers, Space
 
 from dolfinx import fem
 from dolfinx.mesh import exterior_facet_indices
 
-__all__ = ["SymmetricMotion", "about_axis", "plate_basis", "ties"]
+__all__ = ["SymmetricMotion", "about_axis", "images", "plate_basis", "ties"]
 
 _SAME = 1e-8  # of the span, between a node and the image of its partner
 
@@ -62,6 +62,43 @@ def ties(V: Space, X: Array, surface: Surface, axis: Axis) -> Ties:
             "one rotated about the axis; check copies and axis"
         )
     return Ties(edge[partner[near]], edge[near], rotation)
+
+
+def images(sector: Any, whole: Any) -> tuple[Integers, Integers]:
+    """Sector j, and node i of the first one, of each node of a whole balloon: X = R^j X_i. Collective.
+
+    Args:
+        sector: balloon of one sector.
+        whole: balloon of all of them (this rank's nodes, ghosts included).
+
+    Returns:
+        sectors (nodes,) from 0 to N - 1, nodes (nodes,).
+
+    Raises:
+        InputError: a node that is no image of one of the sector's.
+    """
+    from scipy.spatial import cKDTree
+
+    order, axis = sector.surface.copies, sector.axis
+    alpha = 2.0 * math.pi / order
+    tree, span = cKDTree(sector.X), float(np.ptp(sector.X, axis=0).max())
+    inside = axis.cylindrical(sector.X.mean(axis=0)[None])[0][0] - alpha / 2
+    guess = np.floor((axis.cylindrical(whole.X)[0] - inside) / alpha + 1e-6).astype(np.int64)
+    sectors, nodes = np.zeros_like(guess), np.full_like(guess, -1)
+    for off in (0, -1, 1):
+        for j in np.unique(guess + off):
+            at = np.flatnonzero((guess + off == j) & (nodes < 0))
+            places = (whole.X[at] - axis.origin) @ about_axis(axis.direction, j * alpha) + axis.origin
+            distance, found = tree.query(places)
+            hit = distance < _SAME * span
+            sectors[at[hit]], nodes[at[hit]] = j % order, found[hit]
+    missing = whole.comm.allreduce(int((nodes < 0).sum()))
+    if missing:
+        raise InputError(
+            f"{missing} nodes of the whole balloon are no images of those of the sector rotated about the "
+            "axis; mesh both alike"
+        )
+    return sectors, nodes
 
 
 def plate_basis(motion: PlateMotion | None, axis: Axis, harmonic: int) -> ComplexArray:

@@ -12,9 +12,11 @@ from lobefem.faces import face
 from lobefem.linalg import dolfinx_compat as _dolfinx_compat  # first: it finds the stack
 
 if TYPE_CHECKING:
+    from lobefem.stability.all_gores import full_modes
     from lobefem.stability.branch_following import Branch, follow
     from lobefem.stability.continuum import continuum_pressure, unstable_from
     from lobefem.stability.cyclic import Sector, sector_balloon
+    from lobefem.stability.gore_buckling import GorePressures, critical_pressures
     from lobefem.stability.gore_modes import GoreMode
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
@@ -39,6 +41,7 @@ _HOME = {
     "CriticalPoint": "nonlinear_buckling",
     "CriticalPressure": "linear_buckling",
     "GoreMode": "gore_modes",
+    "GorePressures": "gore_buckling",
     "HarmonicPressures": "harmonic_buckling",
     "MeshStudy": "mesh_convergence",
     "Mode": "modes",
@@ -56,8 +59,10 @@ _HOME = {
     "continuum_pressure": "continuum",
     "critical_point": "nonlinear_buckling",
     "critical_pressure": "linear_buckling",
+    "critical_pressures": "gore_buckling",
     "find_modes": "modes",
     "follow": "branch_following",
+    "full_modes": "all_gores",
     "harmonic_pressures": "harmonic_buckling",
     "mesh_study": "mesh_convergence",
     "one_sided_charts": "one_sided",
@@ -76,6 +81,7 @@ __all__ = [
     "CriticalPoint",
     "CriticalPressure",
     "GoreMode",
+    "GorePressures",
     "HarmonicPressures",
     "MeshStudy",
     "Mode",
@@ -93,8 +99,10 @@ __all__ = [
     "continuum_pressure",
     "critical_point",
     "critical_pressure",
+    "critical_pressures",
     "find_modes",
     "follow",
+    "full_modes",
     "harmonic_pressures",
     "mesh_study",
     "one_sided_charts",

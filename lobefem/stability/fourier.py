@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.cylindrical import cylindrical
-from lobefem.fem.functionals import nodal_areas, straining_share
+from lobefem.fem.functionals import largest, nodal_areas, straining_share
 from lobefem.typing import Array
 
 from mpi4py import MPI
 
-__all__ = ["dominant", "kind_of", "spectrum"]
+__all__ = ["cyclic_order", "dominant", "kind_of", "spectrum"]
 
 _FEWEST = 3  # nodes of equal height, in the mean, that make a ring
 
@@ -93,6 +95,26 @@ def _of_scattered(
         coefficients[1, k] = ringwise @ (field * phase.conj()[:, None])
         phase *= step
     return coefficients
+
+
+def cyclic_order(balloon: Balloon, displacement: Array) -> int:
+    """Number of equal sectors of a state, 0 if it did not keep its surface's symmetry. Collective.
+
+    A distorted state has simple eigenvalues.
+
+    Args:
+        balloon: whose state it is.
+        displacement: its nodal displacements (nodes, 3) [m].
+    """
+    order = balloon.surface.cyclic_order
+    if order is None:
+        return 0
+    # nodes may have been moved by hand, too
+    places = balloon.X - balloon.axis.origin + displacement
+    power = spectrum(balloon, places, np.zeros_like(places))
+    power[::order] = 0.0
+    broken = math.sqrt(power.sum()) * largest(balloon, places)
+    return order if broken <= 1e-9 * math.sqrt(balloon.reference_area) else 0
 
 
 def dominant(power: Array) -> tuple[int, ...]:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from lobefem import checks
 from lobefem.display import Summarized, Summary
 from lobefem.equilibrium.newton import has_symmetric_stiffness
-from lobefem.equilibrium.state import Equilibrium, require_whole
+from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import displacement_of, largest, stiffness_scale
@@ -32,7 +32,7 @@ from lobefem.log import logger
 from lobefem.model.film import require_one_tangent
 from lobefem.outcomes import RIGID
 from lobefem.profiling import timed
-from lobefem.stability.fourier import dominant, kind_of, spectrum
+from lobefem.stability.fourier import cyclic_order, dominant, kind_of, spectrum
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.inertia import as_many, num_below, num_proved, shift_below, vary
 from lobefem.typing import Array, Vec
@@ -65,8 +65,9 @@ class Mode(Frozen):
         kind: "sway", "twist", "global" or "local" (see `lobefem.stability.fourier.kind_of`), or "rigid
             rotation".
         displacement: this rank's nodal displacements of phi, ghosts included, (nodes, 3), real part,
-            largest nodal displacement 1.
-        displacement_imag: imaginary part on the same scale; zero for a real eigenvalue.
+            largest nodal displacement 1. Of one sector, those of the first one: the j-th one's are
+            Re((real + i imag) e^{2 pi i n j/N}), rotated with it.
+        displacement_imag: imaginary part on the same scale; zero for a real eigenvalue of a whole balloon.
     """
 
     value: complex
@@ -93,7 +94,7 @@ class Modes(Summarized):
         symmetric: whether the tangent was found symmetric, and the Hermitian solver used.
         asymmetry: max|K - K^T|/max|K|.
         num_negative: eigenvalues below zero in the whole spectrum by the inertia of K, those of rigid
-            rotations left out; None where K is not symmetric or single harmonics were looked at.
+            rotations left out; None where K is not symmetric or not all harmonics were looked at.
         modes: the pairs. Among them, where supports leave some, are rigid rotations of the whole balloon.
             Nothing resists these, in equilibrium their values are 0; in the held ideal geometry, which
             balances up to discretisation, phi.K phi/phi.B phi shows the error. All other modes are those
@@ -191,7 +192,9 @@ def find_modes(
         mass: "unit" or "nodal".
         tolerance: of SLEPc.
         harmonics: look at this circumferential harmonic or these alone, each from one sector of a structured
-            mesh (`lobefem.stability.cyclic`): no full tangent is assembled or factorised.
+            mesh (`lobefem.stability.cyclic`): no full tangent is assembled or factorised. Of a state of one
+            sector they are needed, and n counts the phase between neighbours, 0 to N/2
+            (`lobefem.stability.gore_modes`); its modes come in pairs as the full model's do.
 
     Raises:
         InputError: an unknown mass, a count below 1, harmonics that the mesh does not have, or the ideal
@@ -204,11 +207,15 @@ def find_modes(
     balloon = state.balloon
     asked = () if harmonics is None else checks.integers("a harmonic", harmonics, 0)
     check_request(balloon, count, mass)
-    require_whole(balloon)
+    if balloon.surface.copies > 1 and not asked:
+        raise InputError(
+            f"this is a state of one of {balloon.surface.copies} equal sectors, whose modes are found "
+            f"harmonic by harmonic; give harmonics, such as range({balloon.surface.copies // 2 + 1}) for all"
+        )
     if _is_held(state):
         require_one_tangent(balloon.film, balloon.hoop_slack)
     if harmonics is not None:
-        return _of_harmonics(state, count, mass, asked)
+        return (_of_sector if balloon.map.tied else _of_harmonics)(state, count, mass, asked)
     q = state.restore()
     B = balloon.mass(q, mass)
     rotations = FreeRotations(balloon, q, B)
@@ -234,7 +241,7 @@ def find_modes(
         return balloon.second_variation(q, v, u)
 
     transposed = None if symmetric else rotations.through(st.getKSP().solveTranspose, A)
-    cyclic = 0 if symmetric else _cyclic_order(state)
+    cyclic = 0 if symmetric else cyclic_order(state.balloon, state.displacement)
     pairs: list[Pair] = []
     idle = 0
     for seed in range(1, _MOST + 1):
@@ -308,6 +315,36 @@ def _scale(balloon: Balloon) -> float:
     return 1e-2 * stiffness_scale(balloon, pressure)
 
 
+def _of_sector(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, ...]) -> Modes:
+    """The lowest modes of some harmonics of a state of one sector; values as often as the full model's."""
+    from lobefem.stability.gore_modes import GorePencil, GoreSector  # slow to import, as is SciPy with it
+
+    balloon = state.balloon
+    sector = GoreSector(balloon)
+    for n in harmonics:
+        sector.check(n)
+    q = state.restore()
+    pencil = GorePencil(sector, balloon, mass, _scale(balloon))
+    modes: list[Mode] = []
+    for n in sorted(set(harmonics)):
+        copies = sector.copies(n)
+        more = n == 1 and free_to_rotate(balloon)
+        for one in pencil.lowest(n, math.ceil(count / copies) + more):
+            field = sector.displacement(pencil.own, one.vector)
+            field /= largest(balloon, field)
+            rigid = _turns(balloon, q, field.real, field.imag)
+            kind = RIGID if rigid else kind_of(balloon, field, n)
+            for turned in (field, -1j * field)[:copies]:
+                parts = turned.real.copy(), turned.imag.copy()
+                modes.append(Mode(complex(one.value), one.residual, n, (n,), kind, *parts))
+    negative = None
+    if set(harmonics) == set(sector.harmonics):
+        edge = -NEUTRAL * 1e2 * _scale(balloon)
+        negative = pencil.num_below(edge, {n: sector.copies(n) for n in sector.harmonics})
+    turns, own = ([m for m in modes if m.rigid is rigid] for rigid in (True, False))
+    return Modes(state, mass, True, pencil.asymmetry, negative, _with_rotations(own, turns, count))
+
+
 def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, ...]) -> Modes:
     """The lowest modes of some harmonics, each value as often as the full model has it."""
     from lobefem.stability.cyclic import Sector  # slow to import, as is SciPy with it: all modes need neither
@@ -355,31 +392,15 @@ def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[in
     return Modes(state, mass, all(one.hermitian for one in found), skew, None, together)
 
 
-def _paired(cyclic_order: int, pairs: list[Pair], modes: Sequence[Mode], shift: float) -> bool:
+def _paired(sectors: int, pairs: list[Pair], modes: Sequence[Mode], shift: float) -> bool:
     """True if each real mode of a harmonic 0 < n < N/2 of a cyclic shape has its partner."""
     for mode in modes[:-1]:
-        if mode.value.imag or not mode.harmonic % cyclic_order:
+        if mode.value.imag or not mode.harmonic % sectors:
             continue
         near = [p for p in pairs if abs(p.value - mode.value) <= 1e-6 * abs(mode.value - shift)]
-        if len(near) < 2 and 2 * mode.harmonic % cyclic_order:
+        if len(near) < 2 and 2 * mode.harmonic % sectors:
             return False
     return True
-
-
-def _cyclic_order(state: Equilibrium) -> int:
-    """Number of equal sectors of a state, 0 if it did not keep its surface's symmetry. Collective.
-
-    A distorted state has simple eigenvalues.
-    """
-    order_of_symmetry = state.balloon.surface.cyclic_order
-    if order_of_symmetry is None:
-        return 0
-    # nodes may have been moved by hand, too
-    places = state.balloon.X - state.balloon.axis.origin + state.displacement
-    power = spectrum(state.balloon, places, np.zeros_like(places))
-    power[::order_of_symmetry] = 0.0
-    broken = math.sqrt(power.sum()) * largest(state.balloon, places)
-    return order_of_symmetry if broken <= 1e-9 * math.sqrt(state.balloon.reference_area) else 0
 
 
 def _turns(balloon: Balloon, q: Vec, real: Array, imag: Array) -> bool:

@@ -138,6 +138,33 @@ def test_fixed_wrinkles_carry_along_the_meridian_only():
             np.testing.assert_allclose(C, expected, rtol=1e-12)
 
 
+def test_fixed_wrinkles_along_the_hoop_carry_there_only():
+    """The law along the meridian with the frame's axes exchanged."""
+    swap = np.array([[0.0, 1.0], [1.0, 0.0]])
+    for share in (0.0, 1e-3):
+        along = FixedWrinkles(slack_stiffness=share)
+        across = FixedWrinkles(slack_stiffness=share, direction="hoop")
+        for state in STATES:
+            for strain, _ in strains(state, 2):
+                w, s, C = at(along, strain)
+                other = at(across, swap @ strain @ swap)
+                assert other[0] == pytest.approx(w, rel=1e-12)
+                np.testing.assert_allclose(other[1], swap @ s @ swap, rtol=1e-12, atol=1e-12 * abs(s).max())
+                np.testing.assert_allclose(other[2], np.flip(C), rtol=1e-12, atol=1e-12 * ET)
+    for e, slack in ((1e-3, 0.0), (-1e-3, 1.0)):
+        regions = FixedWrinkles(direction="hoop").regions(ufl.as_matrix([[-e, 0], [0, e]]))
+        assert [float(region(())) for region in regions] == [0.0, 1.0 - slack, slack]
+
+
+def test_fixed_wrinkles_along_the_hoop_refuse_meridional_stress():
+    film = FixedWrinkles(direction="hoop")
+    assert film.shares is None
+    with pytest.raises(InputError, match="direction = 'hoop' carries no meridional stress"):
+        film.prestrain(1.0)
+    with pytest.raises(InputError, match="direction is 'up'; give 'meridian' or 'hoop'"):
+        FixedWrinkles(direction="up")
+
+
 @pytest.mark.slow
 def test_frame_does_not_matter_to_the_laws_without_a_direction():
     for law in (Isotropic(), TensionField(slack_stiffness=1e-4)):
