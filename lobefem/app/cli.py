@@ -89,10 +89,11 @@ def inflate(
     prestress: options.Prestress = None,
     setup: options.Setup = None,
     pressure: options.OnePressure = None,
+    full: options.Full = False,
     petsc: options.Petsc = None,
 ) -> None:
     """The equilibrium under gas pressure: volume, stress, forces, wrinkles."""
-    run_task(context, lambda plan, **run: _tasks().inflate(plan, **run))
+    run_task(context, lambda plan, **run: _tasks().inflate(plan, full=full, **run))
 
 
 @app.command(

@@ -26,6 +26,7 @@ __all__ = [
     "EdgeRadius",
     "FilmLaw",
     "Format",
+    "Full",
     "Harmonic",
     "Harmonics",
     "Json",
@@ -142,6 +143,11 @@ Cell = Annotated[Text, _option("--cell", "CELL", "triangle or quadrilateral.")]
 Order = Annotated[Text, _option("--order", "N", "1: flat cells, 2: curved ones.")]
 
 OnePressure = Annotated[list[str] | None, _option("--pressure", "P", "Gas pressure, 5 or '5 Pa'.", _RUN)]
+
+Full = Annotated[
+    bool,
+    typer.Option("--full", help="All gores of a pumpkin, not one for all.", rich_help_panel=_RUN),
+]
 
 Pressures = Annotated[
     list[str] | None,
