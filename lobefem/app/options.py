@@ -27,6 +27,7 @@ __all__ = [
     "FilmLaw",
     "Format",
     "Full",
+    "GoreFolder",
     "Harmonic",
     "Harmonics",
     "Json",
@@ -34,6 +35,7 @@ __all__ = [
     "Limit",
     "Load",
     "Lobes",
+    "Marks",
     "Mass",
     "MeshStudy",
     "Meshes",
@@ -249,6 +251,10 @@ Report = Annotated[
 ]
 
 RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, what --out has made.")]
+
+GoreFolder = Annotated[Path, _option("--out", "DIR", "Folder for the table and the drawings.", _OUTPUT)]
+
+Marks = Annotated[str, _option("--marks", "K", "Marks of the tendon on a seam, 51 by default.", _RUN)]
 
 What = Annotated[str, _option("--what", "WHAT", "modes, stress, state, curves or release.", _PICTURE)]
 

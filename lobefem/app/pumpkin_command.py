@@ -1,4 +1,4 @@
-"""Pumpkins on the command line: their measures in the results of `inflate`, and `lobefem gores`."""
+"""Pumpkins on the command line: their measures in the results of `inflate`."""
 
 from __future__ import annotations
 
