@@ -18,12 +18,18 @@ if TYPE_CHECKING:
     from lobefem.typing import Unchecked
 
 __all__ = [
+    "ANGLE",
+    "DENSITY",
     "FORCE",
+    "GRADIENT",
     "LENGTH",
+    "LINE_DENSITY",
+    "MASS",
     "NUMBER",
     "PRESSURE",
     "STIFFNESS",
     "STRESS",
+    "VOLUME",
     "Quantity",
     "in_degrees",
     "pascals",
@@ -143,3 +149,26 @@ STIFFNESS = Quantity(
 )
 
 NUMBER = Quantity("a pure number", "", "0.3", {})
+
+_DEGREE = "0.017453292519943295769"
+
+ANGLE = Quantity("an angle", "radians", '"60 deg" or 1.05', {"deg": _DEGREE, "°": _DEGREE, "rad": "1"})
+
+MASS = Quantity("a mass", "kilograms", '91.4 or "91.4 kg"', {"kg": "1", "g": "1e-3", "t": "1e3"})
+
+VOLUME = Quantity("a volume", "cubic metres", '530e3 or "530000 m^3"', {"m^3": "1", "m3": "1"})
+
+DENSITY = Quantity(
+    "a density",
+    "kilograms per cubic metre",
+    '920 or "920 kg/m^3"',
+    {"kg/m^3": "1", "kg/m3": "1", "g/cm^3": "1e3"},
+)
+
+LINE_DENSITY = Quantity(
+    "a mass per length", "kilograms per metre", '0.015 or "15 g/m"', {"kg/m": "1", "g/m": "1e-3"}
+)
+
+GRADIENT = Quantity(
+    "a pressure gradient", "pascals per metre", '0.085 or "0.085 Pa/m"', {"Pa/m": "1", "N/m^3": "1"}
+)

@@ -59,15 +59,18 @@ def test_commands_run(page, workplace, capfd):
     for line in "".join(blocks(page, "sh")).splitlines():
         command, *arguments = shlex.split(line)
         assert command == "lobefem"
-        coarse = [] if arguments[0] == "report" else ["--divisions", COARSE]  # that one solves nothing
+        coarse = (
+            [] if arguments[0] in ("report", "gores") else ["--divisions", COARSE]
+        )  # that one solves nothing
         code = cli.main([*arguments, *coarse])
         assert code == 0, f"{line}\n{capfd.readouterr().err}"
 
 
 def test_design_files_of_the_pages_are_sound(workplace):
     files = [name for name in os.listdir() if name.endswith(".toml")]
-    assert sorted(files) == ["lobes.toml", "my-balloon.toml"]
+    assert sorted(files) == ["lobes.toml", "my-balloon.toml", "my-pumpkin.toml"]
     assert Design.load("my-balloon.toml").shape.lobes == 3
+    assert Design.load("my-pumpkin.toml").shape.gores == 48
     assert [point.fault for point in load("lobes.toml", {"critical": ["divisions"]}).points] == [""] * 12
 
 

@@ -42,14 +42,14 @@ def of_design(design: Design) -> list[str]:
             "table, empty for the paper's hoops, unless the balloon has none",
         ),
         *_if(
-            film.thickness < _THIN * shape.size,
-            f"a radius of {shape.size:g} m is {shape.size / film.thickness:.0e} times the film's "
+            film.thickness < _THIN * design.size,
+            f"a radius of {design.size:g} m is {design.size / film.thickness:.0e} times the film's "
             f"{1e3 * film.thickness:g} mm: lengths are in metres, or write '1500 mm'",
         ),
         *_if(
-            film.thickness > _THICK * shape.size,
-            f"film of {1e3 * film.thickness:g} mm is 1/{shape.size / film.thickness:.0f} of the radius of "
-            f"{shape.size:g} m, thick for a film: lengths are in metres, or write '0.05 mm'",
+            film.thickness > _THICK * design.size,
+            f"film of {1e3 * film.thickness:g} mm is 1/{design.size / film.thickness:.0f} of the radius of "
+            f"{design.size:g} m, thick for a film: lengths are in metres, or write '0.05 mm'",
         ),
     ]
 
@@ -57,11 +57,13 @@ def of_design(design: Design) -> list[str]:
 def of_pressures(design: Design, pressures: Iterable[float | None]) -> list[str]:
     """A sentence on film stressed beyond its law, by the isotensoid's p R0/2 along the meridian."""
     film, highest = design.film, max((p for p in pressures if p), default=0.0)
-    stress = highest * design.shape.size / 2 / film.thickness
+    if design.is_pumpkin:  # the tendons bear that pull
+        return []
+    stress = highest * design.size / 2 / film.thickness
     return _if(
-        stress > _STRAIN * film.E,
+        stress > _STRAIN * film.modulus,
         f"at {pascals(highest)} the film bears about {stress / 1e6:.0f} MPa and strains by about "
-        f"{100 * stress / film.E:.0f} %: more than a linear law holds for, and than most films bear",
+        f"{100 * stress / film.modulus:.0f} %: more than a linear law holds for, and than most films bear",
     )
 
 

@@ -90,10 +90,11 @@ def inflate(
     prestress: options.Prestress = None,
     setup: options.Setup = None,
     pressure: options.OnePressure = None,
+    full: options.Full = False,
     petsc: options.Petsc = None,
 ) -> None:
     """Find the equilibrium under gas pressure: volume, stress, forces, wrinkles."""
-    run_task(context, lambda plan, **run: _tasks().inflate(plan, **run))
+    run_task(context, lambda plan, **run: _tasks().inflate(plan, full=full, **run))
 
 
 @app.command(
@@ -335,6 +336,32 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
             print(f"Table, chart and the run folders of the points are in {printable(out)}")
     sys.stdout.flush()
     return 3 if found["failed"] == len(rows) else 0
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem gores meshes/pumpkin.toml --out run/gores",
+        "lobefem gores meshes/superpressure.toml --out run/gores --marks 101",
+    )
+)
+def gores(
+    context: typer.Context,
+    design: options.DesignFile,
+    out: options.GoreFolder,
+    marks: options.Marks = "51",
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """A pumpkin's gore to be cut: a table as CSV, the piece at 1:1 as SVG and DXF."""
+    number, said = parsing.integer("--marks", marks, 2), loudness(context)
+    if context.obj.is_root:
+        from lobefem.app.gores_command import gores as cut
+
+        rows, paths = cut(design, out, marks=number, overwrite=overwrite)
+        if not said["quiet"]:
+            show_rows(rows)
+            print(f"The gore is in {', '.join(printable(path) for path in paths)}")
 
 
 @app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))

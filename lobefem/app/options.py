@@ -26,6 +26,8 @@ __all__ = [
     "EdgeRadius",
     "FilmLaw",
     "Format",
+    "Full",
+    "GoreFolder",
     "Harmonic",
     "Harmonics",
     "Json",
@@ -33,6 +35,7 @@ __all__ = [
     "Limit",
     "Load",
     "Lobes",
+    "Marks",
     "Mass",
     "MeshStudy",
     "Meshes",
@@ -156,6 +159,11 @@ Order = Annotated[Text, _option("--order", "NUMBER", "1: flat cells; 2: curved c
 
 OnePressure = Annotated[
     list[str] | None, _option("--pressure", "PRESSURE", "Gas pressure, e.g. '5 Pa'.", _RUN)
+]
+
+Full = Annotated[
+    bool,
+    typer.Option("--full", help="All gores of a pumpkin, not one for all.", rich_help_panel=_RUN),
 ]
 
 Pressures = Annotated[
@@ -300,6 +308,10 @@ Report = Annotated[
 ]
 
 RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, made by --out.")]
+
+GoreFolder = Annotated[Path, _option("--out", "DIR", "Folder for the table and the drawings.", _OUTPUT)]
+
+Marks = Annotated[str, _option("--marks", "NUMBER", "Marks of the tendon on a seam (default 51).", _RUN)]
 
 What = Annotated[
     str, _option("--what", "WHAT", "What to plot: modes, stress, state, curves or release.", _PICTURE)

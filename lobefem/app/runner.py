@@ -25,6 +25,8 @@ __all__ = ["Interrupted", "loudness", "one_line", "run_task"]
 
 _MOST = 600  # letters of a sentence
 
+_OF_PUMPKINS = ("inflate", "gores")
+
 
 class Interrupted(Exception):  # noqa: N818  no error
     """KeyboardInterrupt, which versions of typer each turn into something else."""
@@ -108,6 +110,11 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
         ranks.stop.abandon = dolfinx_compat.abandon
         comm = MPI.COMM_WORLD
         design = _overridden(given, comm)
+        if design.is_pumpkin and context.info_name not in _OF_PUMPKINS:
+            raise InputError(
+                f"lobefem {context.info_name} does not take pumpkins yet; use lobefem inflate for their "
+                "equilibrium, and lobefem gores for their cutting tables"
+            )
         folder = _folder(given, comm)
         if given["json"] and not to_stdout:
             files.check_file(given["json"], comm)

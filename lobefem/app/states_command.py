@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from lobefem.app import advice
+from lobefem.app import advice, pumpkin_command
 from lobefem.equilibrium.inflation import inflate as find_equilibrium
 from lobefem.equilibrium.state import Equilibrium, ideal_state
 from lobefem.errors import InputError, SolveError
@@ -81,28 +81,38 @@ def inflate(
     design: Design,
     *,
     comm: Any = None,
+    full: bool = False,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
     """The equilibrium at the design's one pressure; every pressure step is kept. Collective.
 
     Args:
-        design: what to inflate.
+        design: what to inflate; of a pumpkin one gore, which stands for all.
+        full: all gores of a pumpkin.
         comm: MPI communicator (default: all ranks).
         progress: called with a line of text now and then.
         folder: where to keep the steps, and to go on from.
 
     Raises:
-        InputError: a design of several pressures.
+        InputError: a design of several pressures; all gores of what has none; one gore to be kept by several
+            ranks.
     """
     pressures = design.pressure.value
+    if full and not design.is_pumpkin:
+        raise InputError("--full computes all gores of a pumpkin, and this design is none; leave it out")
+    one_gore = design.is_pumpkin and not full
+    if one_gore and folder is not None and folder.comm.size > 1:
+        raise InputError(
+            "one gore is kept by one process; start it without mpirun, or give --full or no --out"
+        )
     if len(pressures) != 1:
         raise InputError(
             f"inflate takes one pressure, not {_list(pressures)}; give one, e.g. --pressure {pressures[-1]:g}"
         )
     outcome = Outcome(summary("inflate", design) | dict.fromkeys(_EQUILIBRIUM))
     outcome.results["warnings"] += advice.of_pressures(design, pressures)
-    balloon = design.balloon(design.surface(comm))
+    balloon = design.balloon(design.surface(comm, sector=one_gore))
     state: Equilibrium | None
     options: dict[str, Any] = {"progress": progress}
     try:
@@ -114,6 +124,9 @@ def inflate(
     if state is not None:
         outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM}
         outcome.snapshots.append(Snapshot(balloon, state.pressure, state))
+        if design.is_pumpkin:
+            outcome.results |= pumpkin_command.results(design, state)
+            outcome.results["warnings"] += pumpkin_command.warnings(outcome.results)
     if outcome.error is not None:
         outcome.results |= failure(outcome.error)
     return outcome
@@ -280,7 +293,7 @@ def summary(command: str, design: Design) -> dict[str, Any]:
         "load": design.pressure.load,
         "support": design.plates.support,
         "lobes": design.shape.lobes,
-        "radius": design.shape.size,
+        "radius": design.size,
         "thickness": design.film.thickness,
         "divisions": design.mesh.divisions,
         "warnings": advice.of_design(design),

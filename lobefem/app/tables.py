@@ -47,7 +47,13 @@ def _caption(results: dict[str, Any]) -> str:
         title = "Critical pressures under refinement, ideal state"
     else:
         title = f"Critical pressure of the {results['state']} state"
-    lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
+    lobes = (
+        f"{results['gores']} gores"
+        if "gores" in results
+        else "1 lobe"
+        if results["lobes"] == 1
+        else f"{results['lobes']} lobes"
+    )
     mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
     size = f"radius {results['radius']:g} m, {1e3 * results['thickness']:g} mm of {results['film']} film"
     design = f"{size}, {results['load']} load, {results['support']}"
@@ -79,14 +85,29 @@ _QUANTITIES = (
 )
 
 
+_OF_PUMPKINS = (
+    ("diameter", "m"),
+    ("tendon_diameter", "m"),
+    ("height", "m"),
+    ("max_stress", "Pa"),
+    ("mass", "kg"),
+    ("lift", "N"),
+)
+
+
 def _inflate_table(results: dict[str, Any]) -> Any:
     table = _table("", "value", "")
-    for key, unit in _QUANTITIES:
+    for key, unit in (*_QUANTITIES, *(_OF_PUMPKINS if "gores" in results else ())):
         value = results[key]
         if value is None or value == ():
             continue
         text = " ".join(f"{v:.8g}" for v in (value if isinstance(value, tuple) else (value,)))
         table.add_row(key.replace("_", " "), text, unit)
+    if "gores" in results:
+        tension, angles = results["tendon_tension"], [math.degrees(a) for a in results["bulge_half_angle"]]
+        for name, of, unit in (("tendon tension", tension, "N"), ("bulge half angle", angles, "degrees")):
+            middle = of[len(of) // 2]
+            table.add_row(f"{name}, bottom middle top", f"{of[0]:.5g} {middle:.5g} {of[-1]:.5g}", unit)
     return table
 
 

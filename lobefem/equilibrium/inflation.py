@@ -10,6 +10,7 @@ import numpy as np
 from lobefem import checks
 from lobefem.equilibrium.grid_sequencing import coarser_balloon, interpolate
 from lobefem.equilibrium.newton import REASONS, Newton
+from lobefem.equilibrium.simpler_balloons import simpler, stretched
 from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
@@ -24,6 +25,8 @@ __all__ = ["inflate"]
 Progress = Callable[[str], None]
 
 PREFIX = "lobefem_inflate_"
+
+_SIMPLE_STEP = 0.01  # smallest pressure step of a simpler balloon, as a share of the whole
 
 _COARSE_RTOL = 1e-4  # of a start; another mesh's discretisation is off by more
 
@@ -49,7 +52,9 @@ def inflate(
 ) -> Equilibrium:
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
 
-    The steps begin without pressure, where the reference shape is at rest. That of a cutting pattern or of
+    Where film is cut flat or the balloon has weight, a solve from the drawn shape that fails is followed by
+    one from the equilibrium of a simpler balloon (`lobefem.equilibrium.simpler_balloons`). Pressure steps
+    begin without pressure, where the reference shape is at rest. That of a cutting pattern or of
     foreshortened cables is not: there they begin at the first of some pressures, smaller and larger ones,
     whose equilibrium is found from it.
 
@@ -103,13 +108,22 @@ def inflate(
     guess = None
     if nested and start is None:
         guess = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
+    simple = simpler(balloon) if start is None and guess is None else []
     balloon.set_loads(pressure, prestress)
     begin = q if guess is None else guess
     solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent)
     try:
-        if guess is not None:
+        if guess is not None or simple:
+            guess = q.copy() if guess is None else guess
             reason, count = solver.solve(guess)
             _tell(pressure, reason, count, solver.norm, progress)
+            found = _from_simpler(simple, pressure, prestress, progress) if reason <= 0 else None
+            if found is not None:
+                found.copy(guess)
+                balloon.set_loads(pressure, prestress)
+                reason, more = solver.solve(guess)
+                count += more
+                _tell(pressure, reason, more, solver.norm, progress)
             if reason > 0:
                 state = record(balloon, guess, True, REASONS[reason], count, (pressure,))
                 if on_step is not None:
@@ -151,6 +165,20 @@ def _from_coarser(
     finally:
         solver.destroy()
     return interpolate(coarse, q, balloon) if reason > 0 else None
+
+
+def _from_simpler(simple: list[Balloon], pressure: float, prestress: float, progress: Progress | None) -> Any:
+    """Unknowns of the last of these balloons at the pressure, each from the one before; None without."""
+    state = None
+    for balloon in simple:
+        try:
+            state = stretched(balloon) if state is None else state
+            state = inflate(
+                balloon, pressure, prestress=prestress, start=state, min_step=_SIMPLE_STEP, progress=progress
+            )
+        except ConvergenceError:
+            break
+    return state.vector() if state is not None and state.converged else None
 
 
 def _tell(
@@ -200,7 +228,7 @@ def _drawn_along(balloon: Balloon) -> Any:
 
 
 def _rests_as_drawn(balloon: Balloon) -> bool:
-    """Whether the reference shape is in equilibrium without pressure."""
+    """True if the reference shape is in equilibrium without pressure."""
     return balloon.pattern is None and not any(cable.foreshortening for cable in balloon.cables)
 
 

@@ -80,11 +80,12 @@ def true_resultants(balloon: Balloon) -> Any:
     """Cell means of the true (N_phi, N_theta, N_phitheta) [N/m] in the present displacement.
 
     Cauchy's, per current length, in the current surface's own frame of meridian and hoop; they
-    differ from `stress_resultants`, which are per reference length, where the film strains much.
+    differ from `stress_resultants`, which are per reference length, where the film strains much. Both are
+    those of one layer.
 
     Collective.
     """
-    S = balloon.film.stress(balloon.forms.strain, balloon.forms.number)
+    S = balloon.forms.pattern.resultants(balloon.film.stress(balloon.forms.strain, balloon.forms.number))
     N = kinematics.true_resultants(S, balloon.u, balloon.frame, balloon.x, balloon.direction)
     return _cell_means(balloon, N, "true stress resultants")
 

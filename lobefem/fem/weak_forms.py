@@ -105,7 +105,7 @@ class WeakForms:
             found.x.array[:] = load_path.displacement.ravel()
             path: Any = load_path.balloon.film
             strain = strain + path.removed_strain(green_lagrange(found, self.frame), number, hoop_slack)
-        self.strain, self.area_of_film = strain, pattern.area
+        self.strain, self.area_of_film, self.pattern = strain, pattern.area, pattern
         self.dx = dx
         self.has_energy = film.has_energy
         # strains less what is quadratic in the increment, their parts `bend`, are those of `predicted`

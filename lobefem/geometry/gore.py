@@ -57,6 +57,10 @@ class Lobes(ABC):
             length: of the tendon [m].
         """
 
+    def half_width(self, s: Array, chord: Array, largest_chord: float, length: float) -> Array:
+        """Half-width w [m] of the flat gore at stations s, by default that of the drawn arc."""
+        return chord / np.sinc(self.half_angle(s, chord, largest_chord, length) / np.pi)
+
 
 @dataclass(frozen=True)
 class ConstantAngle(Lobes):
@@ -111,6 +115,9 @@ class FlatLobe(ConstantAngle):
 class TabulatedWidth(Lobes):
     """Lobes whose half-widths are given, as on the drawing of a gore.
 
+    Near its fittings a gore may be much wider than the chord: it is drawn as half a circle there, and what
+    is wider lies in folds.
+
     Args:
         stations: places along the gore from the bottom, over its length, ascending from 0 to 1.
         half_widths: w there [m].
@@ -138,7 +145,7 @@ class TabulatedWidth(Lobes):
         return np.asarray(PchipInterpolator(self.stations, self.half_widths)(share))
 
     def half_angle(self, s: Array, chord: Array, largest_chord: float, length: float) -> Array:
-        """The alpha with sin(alpha)/alpha = h/w."""
+        """The alpha with sin(alpha)/alpha = h/w, a right angle at most."""
         ratio = chord / self.width(s / length)
         if (ratio > 1 + 1e-9).any():
             worst = int(np.argmax(ratio))
@@ -147,7 +154,11 @@ class TabulatedWidth(Lobes):
                 f"{chord[worst] / ratio[worst]:.4g} m, less than the half chord of {chord[worst]:.4g} m "
                 "between the tendons; give wider gores, more of them, or a smaller balloon"
             )
-        return _angle_of(np.minimum(ratio, 1.0))
+        return np.minimum(_angle_of(np.minimum(ratio, 1.0)), math.pi / 2)
+
+    def half_width(self, s: Array, chord: Array, largest_chord: float, length: float) -> Array:
+        """The given one, where the drawn arc is narrower too."""
+        return self.width(s / length)
 
 
 def _check_angle(angle: float) -> None:
@@ -209,8 +220,8 @@ class Gore:
         return self.lobes.half_angle(s, self.half_chord(s), self._largest, self.curve.arc_length)
 
     def half_width(self, s: Array) -> Array:
-        """Half-width of the flat gore, w = rho alpha [m]."""
-        return self.half_chord(s) / np.sinc(self.half_angle(s) / np.pi)
+        """Half-width w of the flat gore [m]; that of the drawn arc, rho alpha, or the table's."""
+        return self.lobes.half_width(s, self.half_chord(s), self._largest, self.curve.arc_length)
 
     def bulge_radius(self, s: Array) -> Array:
         """Radius rho of the lobe [m], infinite where it is flat."""

@@ -1,42 +1,55 @@
 """The design file: TOML in, a validated `Design` out, and from there the surface and the balloon.
 
-Sections [shape], [mesh], [film], [hoops], [plates], [pressure]; every key has the paper's value as
-its default, but without a table [hoops] there are no hoops. Numbers are SI, or text with a unit
-("0.05 mm"). Whatever is wrong is said in one sentence: the key, the value, what to try.
+Sections [shape], [mesh], [film], [hoops], [plates], [pressure], and of pumpkins [tendons] and [fittings].
+Every key of a stack has the paper's value as its default, but without a table [hoops] there are no hoops.
+Numbers are SI, or text with a unit ("0.05 mm"). Whatever is wrong is said in one sentence: the key, the
+value, what to try.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, ValidationError, model_validator
 
 from lobefem.errors import InputError
+from lobefem.io import pumpkin_design
 from lobefem.io.design_sections import (
+    Cap,
     Film,
+    Fittings,
     Hoops,
     Mesh,
     Plates,
     Pressure,
     Section,
     Shape,
-    fill,
-    listed,
-    nearest,
+    Tendons,
 )
+from lobefem.io.design_values import fill, listed, nearest
 from lobefem.io.toml import read_toml, to_toml
 from lobefem.units import LENGTH, shown
 
 if TYPE_CHECKING:
     from lobefem.fem.balloon import Balloon
+    from lobefem.geometry.gore import Gore
     from lobefem.geometry.surface import Surface
+    from lobefem.geometry.tendon_curve import TendonCurve
     from lobefem.model.film import Film as FilmLaw
 
 __all__ = ["Design"]
 
-_SLACK = {"isotropic": 0.0, "fixed-wrinkles": 0.0, "tension-field": 1e-6, "imp": 1e-6, "load-path": 1e-6}
+_SLACK = {
+    "isotropic": 0.0,
+    "orthotropic": 0.0,
+    "fixed-wrinkles": 0.0,
+    "tension-field": 1e-6,
+    "imp": 1e-6,
+    "load-path": 1e-6,
+}
 
 
 class Design(Section):
@@ -52,12 +65,18 @@ class Design(Section):
     hoops: Hoops = Field(default_factory=lambda: Hoops(enabled=False))
     plates: Plates = Field(default_factory=Plates)
     pressure: Pressure = Field(default_factory=Pressure)
+    tendons: Tendons = Field(default_factory=Tendons)
+    fittings: Fittings = Field(default_factory=Fittings)
 
     @model_validator(mode="after")
     def _complete(self) -> Design:
         lobed = self.has_ideal_state
-        size = self.shape.size
+        if self.is_pumpkin:
+            pumpkin_design.complete(self)
+        else:
+            pumpkin_design.refuse(self)
         film = self.film.model_copy()  # it may be part of another design
+        size = self.size
         if film.thickness > 0.01 * size:
             raise ValueError(
                 f"film.thickness = {film.thickness} m is no thin film on a radius of {size} m "
@@ -68,7 +87,9 @@ class Design(Section):
         if film.prestress is None:
             fill(film, "prestress", lobed and (film.law == "fixed-wrinkles" or film.setup == "load-path"))
         elif film.prestress and not lobed:
-            raise ValueError("film.prestress = true needs an isotensoid; leave it out for a cylinder")
+            raise ValueError(
+                f"film.prestress = true needs an isotensoid; leave it out for a {self.shape.kind}"
+            )
         if film.setup == "load-path":
             self._check_path(lobed)
         fill(self, "film", film)
@@ -76,7 +97,9 @@ class Design(Section):
 
     def _check_path(self, lobed: bool) -> None:
         if not lobed:
-            raise ValueError("film.setup = 'load-path' needs an isotensoid; leave it out for a cylinder")
+            raise ValueError(
+                f"film.setup = 'load-path' needs an isotensoid; leave it out for a {self.shape.kind}"
+            )
         number = len(self.pressure.value)
         if number != 1:
             raise ValueError(
@@ -121,6 +144,8 @@ class Design(Section):
         fault = ""
         if comm is None or comm.rank == 0:
             tables, _, fault = read_toml(Path(path), "design file", "meshes/ for examples")
+            if tables is not None:
+                tables, fault = pumpkin_design.with_gore_table(tables, Path(path))
         if comm is not None:
             tables, fault = comm.bcast((tables, fault), root=0)
         if tables is None:
@@ -162,14 +187,43 @@ class Design(Section):
 
     def to_toml(self) -> str:
         """The design as TOML with all defaults filled in; `load` of it gives an equal design."""
-        return to_toml(self.model_dump())
+        return to_toml(self.model_dump(exclude=None if self.is_pumpkin else {"tendons", "fittings"}))
 
     # --- building -------------------------------------------------------------------------------
 
     @property
     def has_ideal_state(self) -> bool:
         """True if the shape carries the pressure without hoop stress: an isotensoid or a formed lobe."""
-        return self.shape.kind != "cylinder"
+        return self.shape.kind not in ("cylinder", "pumpkin")
+
+    @property
+    def is_pumpkin(self) -> bool:
+        """True if the shape is a pumpkin's."""
+        return self.shape.kind == "pumpkin"
+
+    @property
+    def size(self) -> float:
+        """The radius that the design gives [m], of a pumpkin that of its tendons at the equator."""
+        return self.curve.R0 if self.is_pumpkin else self.shape.size
+
+    @cached_property
+    def curve(self) -> TendonCurve:
+        """On what a pumpkin's tendons lie.
+
+        Raises:
+            InputError: fittings that do not fit.
+            SolveError: loads that no natural shape bears.
+        """
+        return pumpkin_design.curve(self)
+
+    @cached_property
+    def gore(self) -> Gore:
+        """One gore of a pumpkin.
+
+        Raises:
+            InputError: lobes that do not fit.
+        """
+        return pumpkin_design.gore(self)
 
     def surface(self, comm: Any = None, *, sector: bool = False) -> Surface:
         """The meshed film; for a formed lobe after its form was found. Collective.
@@ -194,6 +248,8 @@ class Design(Section):
         from mpi4py import MPI
 
         shape, mesh = self.shape, self.mesh
+        if self.is_pumpkin:
+            return pumpkin_design.surface(self, comm, sector)
         how: dict[str, Any] = {
             "divisions": mesh.divisions or (24, 32),
             "cell": mesh.cell,
@@ -247,8 +303,10 @@ class Design(Section):
         from lobefem.model.gas_pressure import GasPressure
         from lobefem.model.self_contact import SelfContact
 
-        film, plates = self.film, self.plates
-        components: list[Any] = [GasPressure(self.pressure.load)]
+        film, plates, gas = self.film, self.plates, self.pressure
+        if self.is_pumpkin:
+            return pumpkin_design.balloon(self, surface, self._law(film.law))
+        components: list[Any] = [GasPressure(gas.load, gradient=gas.gradient, level=gas.level)]
         if self.hoops.enabled:
             components.append(Seams(EA=self.hoops.EA))
         components.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
@@ -273,6 +331,8 @@ class Design(Section):
         from lobefem.model.laws import FILMS, STRESS_LAWS
 
         film = self.film
+        if film.is_orthotropic:
+            return pumpkin_design.orthotropic(film)
         material: dict[str, Any] = {"E": film.E, "nu": film.nu, "thickness": film.thickness}
         if law != "isotropic":
             share = film.slack_stiffness
@@ -290,14 +350,20 @@ def _first_error(error: ValidationError) -> tuple[str, str, str]:
     keys = [str(part) for part in first["loc"]]
     path = ".".join(keys)
     if first["type"] == "extra_forbidden":
-        where = Design if len(keys) == 1 else Design.model_fields[keys[0]].annotation
-        known = tuple(where.model_fields)  # type: ignore[union-attr]
-        what = "section" if len(keys) == 1 else f"key of [{keys[0]}]"
+        known, what = tuple(Design.model_fields), "section"
+        if len(keys) > 1:
+            section = Design.model_fields[keys[0]].annotation
+            known, what = tuple(section.model_fields), f"key of [{keys[0]}]"  # type: ignore[union-attr]
+        if len(keys) > 2:  # in a table of a list of them
+            known, what = tuple(Cap.model_fields), f"key of [[{'.'.join(keys[:2])}]]"
         choice = f"is no {what}; use {listed(known)}{nearest(keys[-1], known)}"
         return path, f"{shown(path)} ", choice
+    if first["type"] == "missing":
+        return path, "", f"{path} is missing; give it"
     if first["type"] == "value_error":
         # what is wrong with a section as a whole begins with one of its keys
-        begin = {0: "", 1: f"{path}.", 2: f"{path}: "}
-        return path, begin[len(keys)], str(first["ctx"]["error"])
-    text = f"{shown(first['input'])} is not a table; write [{path}] and its keys below"
+        begin = {0: "", 1: f"{path}."}.get(len(keys), f"{path}: ")
+        return path, begin, str(first["ctx"]["error"])
+    what = "list of tables; write [[film.caps]]" if keys[1:] == ["caps"] else f"table; write [{path}]"
+    text = f"{shown(first['input'])} is not a {what} and its keys below"
     return path, f"{path}: ", text

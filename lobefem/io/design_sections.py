@@ -6,15 +6,42 @@ Every check raises `ValueError` with the rest of a sentence that begins with the
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Iterable
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
 
-from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, Quantity, shown
+from lobefem.io.design_values import (
+    angle,
+    bar_stiffness,
+    cell_divisions,
+    fill,
+    flag,
+    integer,
+    listed,
+    number_row,
+    pair,
+    positive,
+    pressures,
+    quantity,
+    text,
+    word,
+)
+from lobefem.units import (
+    DENSITY,
+    FORCE,
+    GRADIENT,
+    LENGTH,
+    LINE_DENSITY,
+    MASS,
+    NUMBER,
+    PRESSURE,
+    STIFFNESS,
+    STRESS,
+    VOLUME,
+    shown,
+)
 
-__all__ = ["Film", "Hoops", "Mesh", "Plates", "Pressure", "Section", "Shape", "fill", "listed", "nearest"]
+__all__ = ["Cap", "Film", "Fittings", "Hoops", "Mesh", "Plates", "Pressure", "Section", "Shape", "Tendons"]
 
 _PAPER_RADIUS = 2.0  # [m]
 
@@ -24,117 +51,24 @@ _LOBE_HEIGHT = 2.094950553365567  # of the paper's lobe over its edge radius
 
 _FORMING_PRESSURE = 37.5  # [Pa]
 
-_MOST_DIGITS = 9  # of integers; Python refuses to read and to write thousands of them
-
 _SIZES = {
     "isotensoid": ("edge_radius", "R0", "truncation"),
     "cylinder": ("radius", "length"),
     "formed": ("radius", "length", "forming_pressure", "forming_stiffness"),
-}
+    "pumpkin": (
+        "equator_radius", "tendon_length", "volume", "curve", "gores", "fitting_radius", "lobe",
+        "half_angle", "pattern", "stations", "half_widths", "reference",
+    ),
+}  # fmt: skip
+
+_PUMPKIN_SIZES = {"equator_radius": 1.0, "tendon_length": 2.6220576, "volume": 2.7458122}  # of radius 1
 
 
-# --- kinds of values ----------------------------------------------------------------------------
-def _quantity(
-    kind: Quantity, rule: str = "", holds: Callable[[float], bool] | None = None
-) -> BeforeValidator:
-    def check(value: Any) -> float:
-        number = kind.read(value)
-        if holds is not None and not holds(number):
-            raise ValueError(f"{shown(value)} must be {rule}; {kind.advice}")
-        return number
+_LAWS = ("isotropic", "orthotropic", "fixed-wrinkles", "tension-field", "imp", "load-path")
 
-    return BeforeValidator(check)
+_ORTHOTROPIC = ("E1", "E2", "nu12", "G12")
 
 
-def _positive(kind: Quantity) -> BeforeValidator:
-    # the bounds keep squares and products of sound numbers away from overflow
-    return _quantity(kind, "positive (1e-15 to 1e15 in SI)", lambda v: 1e-15 <= v <= 1e15)
-
-
-def _word(*words: str) -> BeforeValidator:
-    def check(value: Any) -> str:
-        if not isinstance(value, str) or value not in words:
-            raise ValueError(f"{shown(value)} is unknown; use {listed(words)}{nearest(value, words)}")
-        return value
-
-    return BeforeValidator(check)
-
-
-def _flag(value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ValueError(f"{shown(value)} is neither true nor false; write one of the two without quotes")
-    return value
-
-
-def _integer(least: int, most: int | None = None) -> BeforeValidator:
-    span = f"{least} or {most}" if most else f"an integer, {least} or more"
-
-    def check(value: Any) -> int:
-        text = isinstance(value, str) and value.strip().isdecimal() and len(value) <= _MOST_DIGITS
-        number = int(value) if text else value
-        whole = isinstance(number, int) and not isinstance(number, bool)
-        if not whole or not least <= number <= (most or 10**_MOST_DIGITS):
-            raise ValueError(f"{shown(value)} is impossible; give {span}")
-        return number
-
-    return BeforeValidator(check)
-
-
-def _divisions(value: Any) -> tuple[int, int]:
-    pair: Any = value
-    if isinstance(value, str):
-        ends = value.lower().split("x")
-        pair = [int(n) if n.strip().isdecimal() and len(n) <= _MOST_DIGITS else n for n in ends]
-    whole = isinstance(pair, (list, tuple)) and all(
-        type(n) is int and 0 < n <= 10**_MOST_DIGITS for n in pair
-    )
-    if not whole or len(pair) != 2:
-        raise ValueError(
-            f"{shown(value)} is no mesh division; give cells along a lobe's meridian and around the "
-            'axis, e.g. [24, 32] or "24x32"'
-        )
-    return pair[0], pair[1]
-
-
-def _bar(value: Any) -> bool | float:
-    if isinstance(value, bool):
-        return value
-    if isinstance(value, str) and value in ("rigid", "none"):
-        return value == "rigid"
-    try:
-        number = FORCE.read(value)
-    except ValueError:
-        number = 0.0
-    if number <= 0:
-        raise ValueError(
-            f'{shown(value)} is no bar; give true (rigid), false (none) or its EA in newtons, e.g. "2.15 GN"'
-        )
-    return number
-
-
-def _pressures(value: Any) -> tuple[float, ...]:
-    values = value if isinstance(value, (list, tuple)) else [value]
-    if not values:
-        raise ValueError(f"[] holds no pressure; {PRESSURE.advice}")
-    numbers = tuple(PRESSURE.read(v) for v in values)
-    for given, number in zip(values, numbers, strict=True):
-        if number < 0:
-            raise ValueError(f"{shown(given)} is below 0, and a film carries no suction; {PRESSURE.advice}")
-    return numbers
-
-
-def listed(words: tuple[str, ...]) -> str:
-    """Words as a choice: a, b or c."""
-    return " or ".join([", ".join(words[:-1]), words[-1]] if words[1:] else words)
-
-
-def nearest(word: Any, words: Iterable[str]) -> str:
-    """A parenthesis that names the word that was probably meant, or nothing."""
-    close = difflib.get_close_matches(str(word), list(words), n=1, cutoff=0.6)
-    return f" (did you mean {close[0]}?)" if close else ""
-
-
-# --- the sections -------------------------------------------------------------------------------
 class Section(BaseModel):
     """A table of a design file: unknown keys are refused, values do not change."""
 
@@ -142,34 +76,52 @@ class Section(BaseModel):
 
 
 class Shape(Section):
-    """[shape]: one lobe's isotensoid and how many are stacked, or a flat cylinder, or a formed lobe.
+    """[shape]: one lobe's isotensoid and how many are stacked, a flat cylinder, a formed lobe, or a pumpkin.
 
     An isotensoid is sized by the radius of its seams and rims, or by its equator radius R0. A formed
     lobe is what a cylinder of fixed-direction film becomes at the forming pressure; without a
     `forming_stiffness`, its E t [N/m], 37.5 Pa make it an isotensoid.
+
+    A pumpkin's tendons lie on the isotensoid of one of three sizes, or on the natural shape, whose size
+    is that of its loads. Its gores bulge by their `half_angle`, or are as wide as a table says: `pattern`
+    is a file with stations over the gore's length and half-widths, which `Design.load` reads.
     """
 
-    kind: Annotated[str, _word(*_SIZES)] = "isotensoid"
-    edge_radius: Annotated[float | None, _positive(LENGTH)] = None
-    R0: Annotated[float | None, _positive(LENGTH)] = None
-    truncation: Annotated[float | None, _quantity(NUMBER, "in (0, 0.599]", lambda v: 0 < v <= 0.599)] = None
-    lobes: Annotated[int, _integer(1)] = 1
-    radius: Annotated[float | None, _positive(LENGTH)] = None
-    length: Annotated[float | None, _positive(LENGTH)] = None
-    forming_pressure: Annotated[float | None, _positive(PRESSURE)] = None
-    forming_stiffness: Annotated[float | None, _positive(STIFFNESS)] = None
+    kind: Annotated[str, word(*_SIZES)] = "isotensoid"
+    edge_radius: Annotated[float | None, positive(LENGTH)] = None
+    R0: Annotated[float | None, positive(LENGTH)] = None
+    truncation: Annotated[float | None, quantity(NUMBER, "in (0, 0.599]", lambda v: 0 < v <= 0.599)] = None
+    lobes: Annotated[int, integer(1)] = 1
+    radius: Annotated[float | None, positive(LENGTH)] = None
+    length: Annotated[float | None, positive(LENGTH)] = None
+    forming_pressure: Annotated[float | None, positive(PRESSURE)] = None
+    forming_stiffness: Annotated[float | None, positive(STIFFNESS)] = None
+    equator_radius: Annotated[float | None, positive(LENGTH)] = None
+    tendon_length: Annotated[float | None, positive(LENGTH)] = None
+    volume: Annotated[float | None, positive(VOLUME)] = None
+    curve: Annotated[str | None, word("pumpkin", "natural")] = None
+    gores: Annotated[int | None, integer(3)] = None
+    fitting_radius: Annotated[tuple[float, float] | None, pair(LENGTH)] = None
+    lobe: Annotated[str | None, word("constant-angle", "constant-radius", "flat", "table")] = None
+    half_angle: Annotated[float | None, angle] = None
+    pattern: Annotated[str | None, BeforeValidator(text)] = None
+    stations: Annotated[tuple[float, ...] | None, number_row] = None
+    half_widths: Annotated[tuple[float, ...] | None, number_row] = None
+    reference: Annotated[str | None, word("lobe", "flat")] = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Shape:
         for key in sorted({key for keys in _SIZES.values() for key in keys} - {*_SIZES[self.kind]}):
             if getattr(self, key) is not None:
                 raise ValueError(
-                    f"{key} = {getattr(self, key)} does not fit the kind {self.kind!r}; use "
+                    f"{key} = {shown(getattr(self, key))} does not fit the kind {self.kind!r}; use "
                     f"{listed(_SIZES[self.kind])}"
                 )
+        if self.kind in ("cylinder", "pumpkin") and self.lobes != 1:
+            raise ValueError(f"lobes = {self.lobes} does not fit the kind {self.kind!r}; leave it out")
+        if self.kind == "pumpkin":
+            return self._pumpkin()
         if self.kind == "cylinder":
-            if self.lobes != 1:
-                raise ValueError(f"lobes = {self.lobes} does not fit the kind 'cylinder'; leave it out")
             return self._filled(radius=_PAPER_RADIUS, length=_PAPER_LENGTH)
         if self.kind == "formed":
             radius = self.radius or _PAPER_RADIUS
@@ -182,12 +134,57 @@ class Shape(Section):
             )
         return self._filled(truncation=0.55, **({} if self.R0 else {"edge_radius": _PAPER_RADIUS}))
 
+    def _pumpkin(self) -> Shape:
+        """What a pumpkin needs, and what does not go together."""
+        given = [key for key in _PUMPKIN_SIZES if getattr(self, key) is not None]
+        said = " and ".join(f"{key} = {getattr(self, key):g}" for key in given)
+        if self.curve == "natural":
+            if given:
+                raise ValueError(
+                    f"{said} does not fit curve = 'natural', which its payload and gas size; leave it out"
+                )
+        elif not given:
+            raise ValueError(f"kind = 'pumpkin' lacks a size; give one of {listed(tuple(_PUMPKIN_SIZES))}")
+        elif len(given) > 1:
+            raise ValueError(f"{said} all give the size; give one of them")
+        for key, example in (("gores", "64"), ("fitting_radius", "'25 cm'")):
+            if getattr(self, key) is None:
+                raise ValueError(f"kind = 'pumpkin' lacks {key}; give it, e.g. {key} = {example}")
+        lobe = self.lobe or "constant-angle"
+        angled, tabled = lobe.startswith("constant"), lobe == "table"
+        if angled and self.half_angle is None:
+            raise ValueError(f"lobe = {lobe!r} lacks half_angle; give it, e.g. half_angle = '60 deg'")
+        if not angled and self.half_angle is not None:
+            raise ValueError(f"half_angle = {self.half_angle:.4g} does not fit lobe = {lobe!r}; leave it out")
+        if self.pattern is not None:
+            raise ValueError(
+                f"pattern = {shown(self.pattern)} is read with design files; give stations and half_widths"
+            )
+        rows = {"stations": self.stations, "half_widths": self.half_widths}
+        for key, row in rows.items():
+            if tabled and row is None:
+                raise ValueError(
+                    f"lobe = 'table' lacks {key}; give pattern = 'gore.csv', or both rows of numbers"
+                )
+            if not tabled and row is not None:
+                raise ValueError(
+                    f"{key} do not fit lobe = {lobe!r}; give lobe = 'table', or leave the table out"
+                )
+        return self._filled(curve="pumpkin", lobe=lobe, reference="flat" if tabled else "lobe")
+
     @property
     def size(self) -> float:
-        """The radius that the design gives [m]: R0, or that of its rims and seams."""
+        """The radius that the design gives [m]: R0, that of its rims and seams, or about a pumpkin's own.
+
+        0 of a natural shape, whose loads decide.
+        """
+        for key, share in _PUMPKIN_SIZES.items():
+            value = getattr(self, key)
+            if value is not None:
+                return float((value / share) ** (1 / 3 if key == "volume" else 1))
         return self.R0 or self.edge_radius or self.radius or 0.0
 
-    def _filled(self, **defaults: float) -> Shape:
+    def _filled(self, **defaults: float | str) -> Shape:
         """Put the defaults of this kind where nothing is given."""
         for key, value in defaults.items():
             if getattr(self, key) is None:
@@ -198,13 +195,13 @@ class Shape(Section):
 class Mesh(Section):
     """[mesh]: structured `divisions` (along a lobe, around), or a `size` without them."""
 
-    divisions: Annotated[tuple[int, int] | None, BeforeValidator(_divisions)] = None
-    cell: Annotated[str, _word("triangle", "quadrilateral")] = "triangle"
-    order: Annotated[int, _integer(1, 2)] = 1
-    diagonals: Annotated[str, _word("same", "alternating")] = "same"
-    grading: Annotated[float, _quantity(NUMBER, "in [0, 0.95]", lambda v: 0 <= v <= 0.95)] = 0.0
-    layout: Annotated[str, _word("structured", "unstructured")] = "structured"
-    size: Annotated[float | None, _positive(LENGTH)] = None
+    divisions: Annotated[tuple[int, int] | None, BeforeValidator(cell_divisions)] = None
+    cell: Annotated[str, word("triangle", "quadrilateral")] = "triangle"
+    order: Annotated[int, integer(1, 2)] = 1
+    diagonals: Annotated[str, word("same", "alternating")] = "same"
+    grading: Annotated[float, quantity(NUMBER, "in [0, 0.95]", lambda v: 0 <= v <= 0.95)] = 0.0
+    layout: Annotated[str, word("structured", "unstructured")] = "structured"
+    size: Annotated[float | None, positive(LENGTH)] = None
 
     @model_validator(mode="after")
     def _one_layout(self) -> Mesh:
@@ -225,25 +222,80 @@ class Mesh(Section):
         return self
 
 
+class Cap(Section):
+    """[[film.caps]]: so many layers of film, from the top fitting down to a length along the tendons."""
+
+    length: Annotated[float, positive(LENGTH)]
+    layers: Annotated[int, integer(2)] = 2
+
+
 class Film(Section):
     """[film]: law and material; `slack_stiffness` and `prestress` follow the law if not given.
 
     `setup` says how the built-in stress of `prestress` is found: in closed form, or by inflating unstressed
     film with the prescribed load path at the design's pressure. `tangent` is Newton's for laws that are
-    written as a stress.
+    written as a stress. E1, E2, nu12 and G12 in place of E and nu are those of orthotropic film, 1 along the
+    meridian; of a pumpkin only, as are its `density`, with which it has weight, and its `caps`.
     """
 
-    law: Annotated[str, _word("isotropic", "fixed-wrinkles", "tension-field", "imp", "load-path")] = (
-        "fixed-wrinkles"
-    )
-    E: Annotated[float, _positive(STRESS)] = 3.5e9
-    nu: Annotated[float, _quantity(NUMBER, "in (-1, 0.5]", lambda v: -1 < v <= 0.5)] = 0.3
-    thickness: Annotated[float, _positive(LENGTH)] = 5e-5
-    slack_stiffness: Annotated[float | None, _quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = None
-    prestress: Annotated[bool | None, BeforeValidator(_flag)] = None
-    hoop_slack: Annotated[float, _quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = 0.0
-    setup: Annotated[str, _word("initial-stress", "load-path")] = "initial-stress"
-    tangent: Annotated[str, _word("consistent", "secant")] = "consistent"
+    law: Annotated[str, word(*_LAWS)] = "fixed-wrinkles"
+    E: Annotated[float | None, positive(STRESS)] = None
+    nu: Annotated[float | None, quantity(NUMBER, "in (-1, 0.5]", lambda v: -1 < v <= 0.5)] = None
+    thickness: Annotated[float, positive(LENGTH)] = 5e-5
+    slack_stiffness: Annotated[float | None, quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = None
+    prestress: Annotated[bool | None, BeforeValidator(flag)] = None
+    hoop_slack: Annotated[float, quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = 0.0
+    setup: Annotated[str, word("initial-stress", "load-path")] = "initial-stress"
+    tangent: Annotated[str, word("consistent", "secant")] = "consistent"
+    E1: Annotated[float | None, positive(STRESS)] = None
+    E2: Annotated[float | None, positive(STRESS)] = None
+    nu12: Annotated[float | None, quantity(NUMBER)] = None
+    G12: Annotated[float | None, positive(STRESS)] = None
+    density: Annotated[float | None, positive(DENSITY)] = None
+    caps: tuple[Cap, ...] | None = None
+
+    @property
+    def is_orthotropic(self) -> bool:
+        """Whether the film has moduli of its own along and across."""
+        return self.E1 is not None
+
+    @property
+    def modulus(self) -> float:
+        """E, or the geometric mean of both moduli [Pa]."""
+        return (self.E1 * self.E2) ** 0.5 if self.E1 and self.E2 else self.E or 0.0
+
+    @model_validator(mode="after")
+    def _one_material(self) -> Film:
+        given = [key for key in _ORTHOTROPIC if getattr(self, key) is not None]
+        if not given:
+            if self.law == "orthotropic":
+                raise ValueError(
+                    "law = 'orthotropic' lacks E1, E2 and nu12; give them, or the law 'isotropic'"
+                )
+            for key, value in (("E", 3.5e9), ("nu", 0.3)):
+                if getattr(self, key) is None:
+                    fill(self, key, value)
+            return self
+        for key in ("E", "nu"):
+            if getattr(self, key) is not None:
+                raise ValueError(
+                    f"{key} = {getattr(self, key):g} and {given[0]} are of two materials; leave one out"
+                )
+        for key in _ORTHOTROPIC[:3]:
+            if getattr(self, key) is None:
+                raise ValueError(
+                    f"{given[0]} is that of orthotropic film, which lacks {key}; give E1, E2 and nu12"
+                )
+        assert self.E1 is not None
+        assert self.E2 is not None
+        assert self.nu12 is not None
+        other = self.nu12 * self.E2 / self.E1
+        if self.nu12 * other >= 1 or min(self.nu12, other) <= -1:
+            raise ValueError(
+                f"nu12 = {self.nu12:g} gives nu21 = nu12 E2/E1 = {other:.4g}, and their product must be "
+                "below 1; give a smaller nu12"
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_law(self) -> Film:
@@ -269,16 +321,16 @@ class Film(Section):
 class Hoops(Section):
     """[hoops]: hoops on all seams; without this table there are none."""
 
-    EA: Annotated[float, _positive(FORCE)] = 2.15e9
-    enabled: Annotated[bool, BeforeValidator(_flag)] = True
+    EA: Annotated[float, positive(FORCE)] = 2.15e9
+    enabled: Annotated[bool, BeforeValidator(flag)] = True
 
 
 class Plates(Section):
     """[plates]: the rigid end plates' support, the bar between them, the lift of the top one."""
 
-    support: Annotated[str, _word("clamped", "pinned", "fixed")] = "clamped"
-    bar: Annotated[bool | float, BeforeValidator(_bar)] = True
-    lift: Annotated[float, _quantity(LENGTH)] = 0.0
+    support: Annotated[str, word("clamped", "pinned", "fixed")] = "clamped"
+    bar: Annotated[bool | float, BeforeValidator(bar_stiffness)] = True
+    lift: Annotated[float, quantity(LENGTH)] = 0.0
 
     @model_validator(mode="after")
     def _lifted(self) -> Plates:
@@ -290,12 +342,27 @@ class Plates(Section):
 
 
 class Pressure(Section):
-    """[pressure]: where the gas presses (film only, or film and plates), and how much [Pa]."""
+    """[pressure]: where the gas presses (film only, or film and plates), and how much [Pa].
 
-    load: Annotated[str, _word("film", "closed")] = "film"
-    value: Annotated[tuple[float, ...], BeforeValidator(_pressures)] = (1000.0,)
+    The pressure is that at `level` above the bottom rim and rises by `gradient` per metre.
+    """
+
+    load: Annotated[str, word("film", "closed")] = "film"
+    value: Annotated[tuple[float, ...], BeforeValidator(pressures)] = (1000.0,)
+    gradient: Annotated[float, quantity(GRADIENT)] = 0.0
+    level: Annotated[float, quantity(LENGTH)] = 0.0
 
 
-def fill(section: Section, key: str, value: Any) -> None:
-    """Set a default that depends on other keys; it does not count as given."""
-    object.__setattr__(section, key, value)  # sections are frozen for all others
+class Tendons(Section):
+    """[tendons]: the cables between a pumpkin's gores; foreshortening is a share of their drawn length."""
+
+    EA: Annotated[float, positive(FORCE)] = 1e5
+    foreshortening: Annotated[float, quantity(NUMBER, "in (-0.5, 0.5)", lambda v: -0.5 < v < 0.5)] = 0.0
+    mass_per_length: Annotated[float, quantity(LINE_DENSITY, "0 or more", lambda v: v >= 0)] = 0.0
+
+
+class Fittings(Section):
+    """[fittings]: masses of a pumpkin's end fittings, [bottom, top], and of the payload below them."""
+
+    mass: Annotated[tuple[float, float], pair(MASS)] = (0.0, 0.0)
+    payload: Annotated[float, quantity(MASS, "0 or more", lambda v: v >= 0)] = 0.0

@@ -172,4 +172,6 @@ def _value(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, tuple):
         return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{key} = {_value(one)}' for key, one in value.items())}}}"
     return f'"{value}"' if isinstance(value, str) else repr(value)  # words only: nothing to escape

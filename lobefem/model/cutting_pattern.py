@@ -31,6 +31,10 @@ class Drawn:
         """The part of `strain` that is linear in that of the drawn surface."""
         return drawn
 
+    def resultants(self, film: Any) -> Any:
+        """The film's second Piola-Kirchhoff resultants as those of the drawn surface, 2x2."""
+        return film
+
 
 class Pattern(Drawn):
     """Film that is free of stress in its flat pattern.
@@ -48,7 +52,7 @@ class Pattern(Drawn):
         along, across = ufl.dot(gradient, frame.m), ufl.dot(gradient, frame.h)
         self._A = ufl.as_matrix([[along[0], across[0]], [along[1], across[1]]])
         self._inverse = ufl.inv(self._A)
-        self.area = abs(ufl.det(self._A))
+        self.area = abs(ufl.det(self._A))  # a pattern may show either face of the film
 
     def linear(self, drawn: Expr) -> Any:
         """A^-T E A^-1."""
@@ -58,3 +62,7 @@ class Pattern(Drawn):
         """A^-T (E + (I - A^T A)/2) A^-1."""
         flat = (ufl.Identity(2) - ufl.transpose(self._A) * self._A) / 2
         return self.linear(drawn + flat)
+
+    def resultants(self, film: Any) -> Any:
+        """|det A| A^-1 S A^-T."""
+        return self.area * self._inverse * film * ufl.transpose(self._inverse)

@@ -128,10 +128,12 @@ def test_overrides_as_text_from_the_command_line():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates or pressure "
+        ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates, "
+         "pressure, tendons or fittings "
          "(did you mean film?)"),
         ("[film]\nthicknes = 1", "'film.thicknes' is no key of [film]; use law, E, nu, thickness, "
-         "slack_stiffness, prestress, hoop_slack, setup or tangent (did you mean thickness?)"),
+         "slack_stiffness, prestress, hoop_slack, setup, tangent, E1, E2, nu12, G12, density or caps (did "
+         "you mean thickness?)"),
         ("film = 3", "film: 3 is not a table; write [film] and its keys below"),
         ("[film]\nthickness = '5 kPa'",
          "film.thickness: '5 kPa' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
@@ -142,7 +144,7 @@ def test_overrides_as_text_from_the_command_line():
         ("[film]\nE = nan", "film.E: nan is not a finite number; give pascals"),
         ("[film]\nnu = 0.6", "film.nu: 0.6 must be in (-1, 0.5]; give a number, e.g. 0.3"),
         ("[film]\nlaw = 'tension'", "film.law: 'tension' is unknown; use isotropic, "
-         "fixed-wrinkles, tension-field, imp or load-path"),
+         "orthotropic, fixed-wrinkles, tension-field, imp or load-path"),
         ("[film]\nlaw = 'tension_field'", "(did you mean tension-field?)"),
         ("[film]\nsetup = 'path'", "film.setup: 'path' is unknown; use initial-stress or load-path"),
         ("[film]\ntangent = 'exact'", "film.tangent: 'exact' is unknown; use consistent or secant"),

@@ -12,10 +12,13 @@ from lobefem.io import result_keys
 pytestmark = pytest.mark.serial
 
 ROOT = Path(__file__).parents[3]
-SINGLE, STACK, CYLINDER = (f"{ROOT}/meshes/{name}.toml" for name in ("single", "stack4", "cylinder"))
+SINGLE, STACK, CYLINDER, PUMPKIN = (
+    f"{ROOT}/meshes/{name}.toml" for name in ("single", "stack4", "cylinder", "pumpkin")
+)
 TENSION = ("--film", "tension-field", "--support", "fixed")
 RUNS = [
     ("inflate", SINGLE, "--divisions", "4x8", "--profile"),
+    ("inflate", PUMPKIN, "--divisions", "8x4"),
     ("inflate", CYLINDER, "--divisions", "4x8", "--slack-stiffness", "0"),  # fails
     ("modes", SINGLE, "--divisions", "4x8", "--count", "1", "--pressure", "5", "--pressure", "6", *TENSION),
     ("critical", SINGLE, "--divisions", "4x8", *TENSION),

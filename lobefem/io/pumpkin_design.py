@@ -1,0 +1,326 @@
+"""Pumpkin balloons of design files: what goes together, gores and their tables, and the balloon itself.
+
+Functions of a `Design`; those that check raise `ValueError` as its sections do.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lobefem.errors import InputError, LobefemError
+from lobefem.io.design_values import fill, listed
+from lobefem.units import LENGTH, NUMBER, shown
+
+if TYPE_CHECKING:
+    from lobefem.fem.balloon import Balloon
+    from lobefem.geometry.gore import Gore
+    from lobefem.geometry.surface import Surface
+    from lobefem.geometry.tendon_curve import TendonCurve
+    from lobefem.io.design import Design
+    from lobefem.io.design_sections import Film
+    from lobefem.model.film import Film as FilmLaw
+
+__all__ = [
+    "GRAVITY",
+    "balloon",
+    "complete",
+    "curve",
+    "gore",
+    "layers",
+    "orthotropic",
+    "refuse",
+    "surface",
+    "with_gore_table",
+]
+
+GRAVITY = 9.80665  # [m/s^2]
+
+_LAWS = ("isotropic", "orthotropic", "tension-field")
+
+_MOST_BYTES = 100_000  # of a gore's table
+
+
+# --- checks ---------------------------------------------------------------------------------------
+def refuse(design: Design) -> None:
+    """Refuse what only a pumpkin has, for other shapes, with a ValueError."""
+    for section in ("tendons", "fittings"):
+        if section in design.model_fields_set:
+            raise ValueError(
+                f"[{section}] are those of a pumpkin, not of the kind {design.shape.kind!r}; leave them out"
+            )
+    film = design.film
+    for key in ("E1", "density", "caps"):
+        if getattr(film, key) is not None:
+            raise ValueError(
+                f"film.{key} = {shown(getattr(film, key))} is that of a pumpkin, not of the kind "
+                f"{design.shape.kind!r}; leave it out"
+            )
+
+
+def complete(design: Design) -> None:
+    """Put a pumpkin's own defaults where nothing is given; refuse what does not fit, with a ValueError."""
+    _fill_in(design, "mesh", divisions=(48, 8), cell="quadrilateral", order=2)
+    _fill_in(design, "film", law="tension-field")
+    _fill_in(design, "plates", bar=False)
+    _fill_in(design, "pressure", load="closed")
+    mesh, film, plates = design.mesh, design.film, design.plates
+    if mesh.layout != "structured":
+        raise ValueError("mesh.layout = 'unstructured' does not fit a pumpkin; give divisions of one gore")
+    if mesh.diagonals != "same":
+        raise ValueError(
+            f"mesh.diagonals = {mesh.diagonals!r} does not fit a pumpkin, whose gores are their own mirror "
+            "images; leave it out"
+        )
+    if film.law not in _LAWS:
+        raise ValueError(f"film.law = {film.law!r} does not fit a pumpkin; use {listed(_LAWS)}")
+    if film.is_orthotropic and film.law == "isotropic":
+        raise ValueError(
+            "film.law = 'isotropic' is not that of E1 and E2; use 'orthotropic' or 'tension-field'"
+        )
+    if design.hoops.enabled:
+        raise ValueError(
+            "hoops.enabled = true does not fit a pumpkin, which has [tendons]; leave [hoops] out"
+        )
+    if plates.bar is not False:
+        raise ValueError(
+            f"plates.bar = {str(plates.bar).lower()} does not fit a pumpkin, which has no bar; leave it out"
+        )
+    try:
+        curve, _ = design.curve, design.gore
+    except LobefemError as error:
+        raise ValueError(f"shape: {error}") from None
+    gas, fittings = design.pressure, design.fittings
+    weight, lift = GRAVITY * fittings.payload, gas.gradient * curve.volume
+    if gas.gradient > 0 and weight > lift:
+        raise ValueError(
+            f"fittings.payload = {fittings.payload:g} kg weighs {weight:.4g} N, more than the lift of "
+            f"{lift:.4g} N of {curve.volume:.4g} m^3; give a lighter one, a larger balloon or a larger "
+            "pressure.gradient"
+        )
+
+
+def _fill_in(design: Design, section: str, **defaults: Any) -> None:
+    """Defaults of a section, a copy of which takes its place: it may be part of another design."""
+    own = getattr(design, section)
+    missing = {key: value for key, value in defaults.items() if key not in own.model_fields_set}
+    own = own.model_copy()
+    for key, value in missing.items():
+        fill(own, key, value)
+    fill(design, section, own)
+
+
+# --- the gore's table -------------------------------------------------------------------------------
+def with_gore_table(tables: dict[str, Any], path: Path) -> tuple[dict[str, Any] | None, str]:
+    """A design's tables with the numbers of the file that `shape.pattern` names, beside the design file.
+
+    Returns:
+        the tables and "", or None and what is wrong with the file, in one sentence.
+    """
+    shape = tables.get("shape")
+    if not isinstance(shape, dict) or not isinstance(shape.get("pattern"), str):
+        return tables, ""
+    if shape.get("lobe") != "table":
+        return None, f"{path}: shape.pattern needs lobe = 'table'; give it, or leave pattern out"
+    file = path.parent / shape["pattern"]
+    try:
+        with file.open("rb") as stream:
+            content = stream.read(_MOST_BYTES + 1)
+        lines = content.decode("utf-8-sig").splitlines()
+    except OSError as error:
+        return (
+            None,
+            f"{path}: shape.pattern = {shown(shape['pattern'])} cannot be read ({error.strerror})",
+        )
+    except UnicodeDecodeError:
+        lines, content = [], b""
+    rows, fault = _rows(lines) if 0 < len(content) <= _MOST_BYTES else ([], "is no table of text")
+    if not fault and len(rows) < 2:
+        fault = "has less than two rows"
+    if fault:
+        return (
+            None,
+            f"{file} {fault}; write a station from 0 to 1 and a half-width in metres a line, as 0.5, 0.6528",
+        )
+    table = {"stations": [row[0] for row in rows], "half_widths": [row[1] for row in rows]}
+    rest = {key: value for key, value in shape.items() if key != "pattern"}
+    return tables | {"shape": rest | table}, ""
+
+
+def _rows(lines: list[str]) -> tuple[list[tuple[float, float]], str]:
+    """Pairs of numbers, without comments and a heading; and what is wrong."""
+    rows: list[tuple[float, float]] = []
+    for number, line in enumerate(lines, 1):
+        parts = [part.strip() for part in line.partition("#")[0].split(",")]
+        if parts == [""]:
+            continue
+        try:
+            station, width = parts
+            rows.append((NUMBER.read(station), LENGTH.read(width)))
+        except ValueError:
+            if rows or any(character.isdigit() for character in line):
+                return [], f"has no pair of numbers in line {number}"
+    return rows, ""
+
+
+# --- building -----------------------------------------------------------------------------------------
+def gore(design: Design) -> Gore:
+    """One gore of the design.
+
+    Raises:
+        InputError: lobes that do not fit.
+    """
+    from lobefem.geometry.gore import ConstantAngle, ConstantRadius, FlatLobe, Gore, Lobes, TabulatedWidth
+
+    shape = design.shape
+    assert shape.gores is not None
+    lobes: Lobes = FlatLobe()
+    if shape.lobe == "table":
+        assert shape.stations is not None
+        assert shape.half_widths is not None
+        lobes = TabulatedWidth(shape.stations, shape.half_widths)
+    elif shape.half_angle is not None:
+        lobes = (ConstantAngle if shape.lobe == "constant-angle" else ConstantRadius)(shape.half_angle)
+    return Gore(design.curve, shape.gores, lobes)
+
+
+def curve(design: Design) -> TendonCurve:
+    """What the tendons lie on.
+
+    Raises:
+        InputError: fittings that do not fit.
+        SolveError: no natural shape carries the loads.
+    """
+    from lobefem.geometry.pumpkin_curve import PumpkinCurve
+
+    shape = design.shape
+    assert shape.fitting_radius is not None
+    if shape.curve == "natural":
+        return _natural(design)
+    if shape.equator_radius is not None:
+        return PumpkinCurve(shape.equator_radius, shape.fitting_radius)
+    if shape.tendon_length is not None:
+        return PumpkinCurve.of_tendon_length(shape.tendon_length, shape.fitting_radius)
+    assert shape.volume is not None
+    return PumpkinCurve.of_volume(shape.volume, shape.fitting_radius)
+
+
+def _natural(design: Design) -> Any:
+    from lobefem.geometry.natural_curve import NaturalCurve
+
+    shape, film, gas = design.shape, design.film, design.pressure
+    tendons, fittings = design.tendons, design.fittings
+    assert shape.gores is not None
+    if len(gas.value) != 1:
+        raise InputError(f"the natural shape is that of one pressure, not of {len(gas.value)}; give one")
+    caps = film.caps or ()
+    if len(caps) > 1:
+        raise InputError(
+            f"the natural shape knows one cap, not {len(caps)}; give one, or the curve 'pumpkin'"
+        )
+    layer = GRAVITY * film.thickness * (film.density or 0.0)
+    bottom, top = fittings.mass
+    return NaturalCurve(
+        payload=GRAVITY * fittings.payload,
+        gradient=gas.gradient,
+        pressure=gas.value[0] - gas.gradient * gas.level,
+        film_weight=layer,
+        tendon_weight=GRAVITY * tendons.mass_per_length * shape.gores,
+        cap_weight=layer * (caps[0].layers - 1) if caps else 0.0,
+        cap_length=caps[0].length if caps else 0.0,
+        fitting_weights=(GRAVITY * bottom, GRAVITY * top),
+        fitting_radii=shape.fitting_radius,  # type: ignore[arg-type]
+    )
+
+
+def surface(design: Design, comm: Any, sector: bool) -> Surface:
+    """The meshed film of one gore, or of all. Collective.
+
+    Args:
+        design: a pumpkin's.
+        comm: MPI communicator of all gores (default: all ranks).
+        sector: one gore, whole on every rank.
+    """
+    import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
+
+    # isort: split
+    from lobefem.geometry.pumpkin import PumpkinRecipe
+
+    from mpi4py import MPI
+
+    mesh = design.mesh
+    assert mesh.divisions is not None
+    recipe = PumpkinRecipe(design.gore, mesh.divisions, mesh.cell, mesh.order, mesh.grading, full=not sector)
+    return recipe.surface(MPI.COMM_WORLD if comm is None else comm)
+
+
+def balloon(design: Design, surface: Surface, film: FilmLaw) -> Balloon:
+    """Film, gas, tendons and fittings on a surface; the bottom fitting is held. Collective."""
+    from lobefem.fem.balloon import Balloon
+    from lobefem.model.cables import Tendons
+    from lobefem.model.dead_weight import DeadWeight
+    from lobefem.model.end_plates import EndPlates, PlateLoad
+    from lobefem.model.gas_pressure import GasPressure
+
+    gas, plates, tendons, fittings = design.pressure, design.plates, design.tendons, design.fittings
+    components: list[Any] = [
+        GasPressure(gas.load, gradient=gas.gradient, level=gas.level),
+        Tendons(EA=tendons.EA, foreshortening=tendons.foreshortening),
+        EndPlates(support=plates.support, bar=False, lift=plates.lift),
+    ]
+    layer = GRAVITY * (design.film.density or 0.0) * design.film.thickness
+    rope = GRAVITY * tendons.mass_per_length
+    if layer or rope:
+        components.append(DeadWeight(film=layer, cables=rope))
+    if fittings.mass[1] and plates.support != "fixed":  # of one gore its share
+        components.append(PlateLoad(force=(0.0, 0.0, -GRAVITY * fittings.mass[1] / surface.copies)))
+    pattern = surface.recipe.pattern(surface) if design.shape.reference == "flat" else None
+    return Balloon(surface, film, components, pattern=pattern, layers=layers(design, surface))
+
+
+def layers(design: Design, surface: Surface) -> Any:
+    """Number of layers in each cell, a mean where a cap ends in it; None without caps."""
+    import numpy as np
+
+    from dolfinx import fem
+
+    if not design.film.caps:
+        return None
+    grid = surface.recipe.grid
+    s = grid.s[grid.cells]
+    low, high = s.min(axis=1), s.max(axis=1)
+    count = np.ones(len(s))
+    for cap in sorted(design.film.caps, key=lambda cap: cap.layers):
+        end = design.curve.arc_length - cap.length
+        share = np.clip((high - end) / (high - low), 0.0, 1.0)
+        count += share * (cap.layers - count)
+    field = fem.Function(fem.functionspace(surface.mesh, ("DG", 0)), name="layers")
+    field.x.array[:] = count[np.asarray(surface.mesh.topology.original_cell_index) % len(grid.cells)]
+    return field
+
+
+def masses(design: Design, balloon: Balloon) -> float:
+    """Mass of film, tendons, fittings and payload of the whole balloon [kg]. Collective."""
+    tendons, fittings, gores = design.tendons, design.fittings, design.shape.gores
+    assert gores is not None
+    area = (
+        balloon.forms.area_of_film if balloon.layers is None else balloon.layers * balloon.forms.area_of_film
+    )
+    film = balloon.surface.copies * balloon.integrate(area * balloon.forms.dx)
+    rope = gores * design.curve.arc_length * (1 - tendons.foreshortening)
+    return (
+        (design.film.density or 0.0) * design.film.thickness * film
+        + tendons.mass_per_length * rope
+        + sum(fittings.mass)
+        + fittings.payload
+    )
+
+
+def orthotropic(film: Film) -> FilmLaw:
+    """The law of film with moduli of its own along and across."""
+    from lobefem.model.orthotropic import Orthotropic, OrthotropicTensionField
+
+    material = {"E1": film.E1, "E2": film.E2, "nu12": film.nu12, "G12": film.G12, "thickness": film.thickness}
+    if film.law == "orthotropic":
+        return Orthotropic(**material)  # type: ignore[arg-type]
+    return OrthotropicTensionField(**material, slack_stiffness=film.slack_stiffness)  # type: ignore[arg-type]
