@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from lobefem.fem.balloon import Balloon
     from lobefem.geometry.surface import Surface
     from lobefem.model.film import Film as FilmLaw
+    from lobefem.typing import Convention, Support
 
 __all__ = ["Design"]
 
@@ -248,10 +249,12 @@ class Design(Section):
         from lobefem.model.self_contact import SelfContact
 
         film, plates = self.film, self.plates
-        components: list[Any] = [GasPressure(self.pressure.load)]
+        components: list[Any] = [GasPressure(cast("Convention", self.pressure.load))]
         if self.hoops.enabled:
             components.append(Seams(EA=self.hoops.EA))
-        components.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
+        components.append(
+            EndPlates(support=cast("Support", plates.support), bar=plates.bar, lift=plates.lift)
+        )
         touching = [SelfContact()] if contact else []
         built_in = bool(film.prestress) if prestressed is None else prestressed
         path = None
