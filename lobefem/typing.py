@@ -5,7 +5,7 @@ The latter are `Any` to a type checker. They say to a reader what goes in, witho
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,19 +16,27 @@ __all__ = [
     "SNES",
     "TS",
     "Array",
+    "Cell",
     "Comm",
     "ComplexArray",
     "Constant",
+    "Convention",
+    "Diagonals",
     "Expr",
     "Form",
     "Function",
     "Indices",
     "Integers",
+    "Layout",
+    "Mass",
     "Mat",
     "Mesh",
     "Scalar",
     "Space",
     "Sparse",
+    "StateKind",
+    "Support",
+    "Tangent",
     "Unchecked",
     "Vec",
 ]
@@ -57,3 +65,12 @@ type Expr = Any  # ufl.core.expr.Expr, or a number in its place
 type Scalar = Any  # a number, an array of numbers or a UFL expression: arithmetic is all it meets
 
 type Unchecked = Any  # what somebody has given, of any type, before it is looked at
+
+Cell = Literal["triangle", "quadrilateral"]
+Diagonals = Literal["same", "alternating"]  # of structured triangles
+Layout = Literal["structured", "unstructured"]
+Convention = Literal["film", "closed"]  # of the gas pressure: what it bears on
+Support = Literal["clamped", "pinned", "fixed"]  # of end plates
+Tangent = Literal["consistent", "secant"]  # of a law written as a stress
+Mass = Literal["unit", "nodal"]  # of modes
+StateKind = Literal["ideal", "inflated"]  # in which modes are looked for

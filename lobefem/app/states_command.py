@@ -22,6 +22,7 @@ from lobefem.version import __version__
 
 if TYPE_CHECKING:
     from lobefem.stability.modes import Mode
+    from lobefem.typing import Mass
 
 __all__ = [
     "FIELDS",
@@ -145,7 +146,7 @@ def modes(
     *,
     state: str = "ideal",
     count: int = 8,
-    mass: str = "unit",
+    mass: Mass = "unit",
     harmonics: tuple[int, ...] | None = None,
     comm: Any = None,
     progress: Progress | None = None,
@@ -249,7 +250,7 @@ def modes(
     return outcome
 
 
-def _branches(snapshots: list[Snapshot], mass: str) -> list[dict[str, Any]]:
+def _branches(snapshots: list[Snapshot], mass: Mass) -> list[dict[str, Any]]:
     """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
     from lobefem.stability.branch_following import follow
     from lobefem.stability.modes import Modes

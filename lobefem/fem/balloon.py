@@ -38,7 +38,7 @@ from lobefem.model.gas_pressure import film_volume
 from lobefem.model.kinematics import Frame, revolved_frame
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
-from lobefem.typing import Array, Expr, Vec
+from lobefem.typing import Array, Expr, Mass, Vec
 
 import basix.ufl
 import ufl
@@ -435,7 +435,7 @@ class Balloon(OnMesh, Summarized):
         """Consistent mass of unit areal density on all nodal displacements [m^2]. Collective."""
         return self.assembly.mass.whole()
 
-    def mass(self, q: Vec, kind: str = "unit") -> Any:
+    def mass(self, q: Vec, kind: Mass = "unit") -> Any:
         """B of the eigenproblem in q: J^T M J or J^T J with the map's Jacobian at q. Collective.
 
         Args:

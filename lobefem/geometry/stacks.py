@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import get_args
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.memory import require_memory
 from lobefem.log import logger
 from lobefem.profiling import timed
-from lobefem.typing import Comm, Unchecked
+from lobefem.typing import Cell, Comm, Diagonals, Layout, Unchecked
 
 from mpi4py import MPI
 
@@ -44,11 +45,11 @@ def lobed_cylinder(
     divisions: tuple[int, int] = (24, 32),
     *,
     shape: Lobe | None = None,
-    cell: str = "triangle",
+    cell: Cell = "triangle",
     order: int = 1,
-    diagonals: str = "same",
+    diagonals: Diagonals = "same",
     grading: float = 0.0,
-    layout: str = "structured",
+    layout: Layout = "structured",
     size: float | None = None,
     sector: bool = False,
     comm: Comm = MPI.COMM_WORLD,
@@ -89,11 +90,11 @@ def cylinder(
     length: float = 4.2,
     divisions: tuple[int, int] = (24, 32),
     *,
-    cell: str = "triangle",
+    cell: Cell = "triangle",
     order: int = 1,
-    diagonals: str = "same",
+    diagonals: Diagonals = "same",
     grading: float = 0.0,
-    layout: str = "structured",
+    layout: Layout = "structured",
     size: float | None = None,
     sector: bool = False,
     comm: Comm = MPI.COMM_WORLD,
@@ -145,11 +146,11 @@ class StackRecipe:
     shape: Lobe | Cylinder
     lobes: int = 1
     divisions: tuple[int, int] = (24, 32)
-    cell: str = "triangle"
+    cell: Cell = "triangle"
     order: int = 1
-    diagonals: str = "same"
+    diagonals: Diagonals = "same"
     grading: float = 0.0
-    layout: str = "structured"
+    layout: Layout = "structured"
     size: float | None = None
     sector: bool = False
 
@@ -158,9 +159,9 @@ class StackRecipe:
         lobes = checks.integer("the number of lobes", self.lobes, 1)
         if lobes > _MAX_LOBES:
             raise InputError(f"the number of lobes is {lobes}; give {_MAX_LOBES} or less")
-        checks.one_of("cell", self.cell, ("triangle", "quadrilateral"))
-        checks.one_of("diagonals", self.diagonals, ("same", "alternating"))
-        checks.one_of("layout", self.layout, ("structured", "unstructured"))
+        checks.one_of("cell", self.cell, get_args(Cell))
+        checks.one_of("diagonals", self.diagonals, get_args(Diagonals))
+        checks.one_of("layout", self.layout, get_args(Layout))
         order = checks.integer("the geometry's order", self.order, 1)
         if order > 2:
             raise InputError(f"the geometry's order is {order}; give 1 or 2")

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from lobefem.geometry.surface import Surface
     from lobefem.geometry.tendon_curve import TendonCurve
     from lobefem.model.film import Film as FilmLaw
+    from lobefem.typing import Convention, Support
 
 __all__ = ["Design"]
 
@@ -306,10 +307,12 @@ class Design(Section):
         film, plates, gas = self.film, self.plates, self.pressure
         if self.is_pumpkin:
             return pumpkin_design.balloon(self, surface, self._law(film.law))
-        components: list[Any] = [GasPressure(gas.load, gradient=gas.gradient, level=gas.level)]
+        components: list[Any] = [GasPressure(cast("Convention", gas.load), gradient=gas.gradient, level=gas.level)]
         if self.hoops.enabled:
             components.append(Seams(EA=self.hoops.EA))
-        components.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
+        components.append(
+            EndPlates(support=cast("Support", plates.support), bar=plates.bar, lift=plates.lift)
+        )
         touching = [SelfContact()] if contact else []
         built_in = bool(film.prestress) if prestressed is None else prestressed
         path = None

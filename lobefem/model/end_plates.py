@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from lobefem import checks
 from lobefem.errors import InputError
+from lobefem.typing import Support
 
 __all__ = ["SUPPORTS", "EndPlates", "PlateLoad"]
 
-SUPPORTS = ("clamped", "pinned", "fixed")
+SUPPORTS: tuple[str, ...] = get_args(Support)
 
 
 @dataclass(frozen=True)
@@ -30,7 +32,7 @@ class EndPlates:
             "fixed".
     """
 
-    support: str = "clamped"
+    support: Support = "clamped"
     bar: bool | float = True
     lift: float = 0.0
 

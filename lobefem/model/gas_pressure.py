@@ -14,18 +14,18 @@ of the axis at the bottom rim (edges in symmetry planes through the axis are fin
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.model.kinematics import Frame, area_vector
-from lobefem.typing import Constant, Expr
+from lobefem.typing import Constant, Convention, Expr
 
 import ufl
 
 __all__ = ["LOADS", "GasPressure", "film_moment_change", "film_volume", "film_volume_change", "pressure_work"]
 
-LOADS = ("film", "closed")
+LOADS: tuple[str, ...] = get_args(Convention)
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class GasPressure:
         InputError: another convention, or a number that is none.
     """
 
-    convention: str = "closed"
+    convention: Convention = "closed"
     gradient: float = 0.0
     level: float = 0.0
 

@@ -8,18 +8,18 @@ Hedgepeth 1982, Adler 2000): D_t (eq. 10) where the minor principal stress of D_
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 from lobefem import checks
 from lobefem.model.film import Number
 from lobefem.model.tension_field import TensionField
-from lobefem.typing import Expr
+from lobefem.typing import Expr, Tangent
 
 import ufl
 
 __all__ = ["IMP", "PrescribedPath"]
 
-TANGENTS = ("consistent", "secant")
+TANGENTS: tuple[str, ...] = get_args(Tangent)
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class IMP(TensionField):
             use the derivative either way.
     """
 
-    tangent: str = "consistent"
+    tangent: Tangent = "consistent"
     name: ClassVar[str] = "imp"
     by_stress: ClassVar[bool] = True
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +35,7 @@ from lobefem.profiling import timed
 from lobefem.stability.fourier import cyclic_order, dominant, kind_of, spectrum
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.inertia import as_many, num_below, num_proved, shift_below, vary
-from lobefem.typing import Array, Vec
+from lobefem.typing import Array, Mass, Vec
 
 from slepc4py import SLEPc
 
@@ -45,7 +45,7 @@ __all__ = ["MASSES", "NEUTRAL", "Mode", "Modes", "check_request", "find_modes", 
 # something does; and those in a row that bring nothing new, after which it is given up
 _USUAL, _MOST, _IDLE = 3, 40, 3
 
-MASSES = ("unit", "nodal")
+MASSES: tuple[str, ...] = get_args(Mass)
 
 PREFIX = "lobefem_modes_"
 
@@ -102,7 +102,7 @@ class Modes(Summarized):
     """
 
     state: Equilibrium = field(repr=False)
-    mass: str
+    mass: Mass
     symmetric: bool
     asymmetry: float
     num_negative: int | None
@@ -177,7 +177,7 @@ def find_modes(
     state: Equilibrium,
     count: int = 8,
     *,
-    mass: str = "unit",
+    mass: Mass = "unit",
     tolerance: float = 1e-8,
     harmonics: int | Iterable[int] | None = None,
 ) -> Modes:
@@ -301,7 +301,7 @@ def _is_held(state: Equilibrium) -> bool:
     return not state.balloon.comm.allreduce(int(np.any(state.unknowns)))
 
 
-def check_request(balloon: Balloon, count: int, mass: str = "unit") -> None:
+def check_request(balloon: Balloon, count: int, mass: Mass = "unit") -> None:
     """Refuse an unknown mass or an impossible number of modes with an InputError."""
     if mass not in MASSES:
         raise InputError(f"mass '{mass}' is unknown; use 'unit' or 'nodal'")
@@ -315,7 +315,7 @@ def _scale(balloon: Balloon) -> float:
     return 1e-2 * stiffness_scale(balloon, pressure)
 
 
-def _of_sector(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, ...]) -> Modes:
+def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int, ...]) -> Modes:
     """The lowest modes of some harmonics of a state of one sector; values as often as the full model's."""
     from lobefem.stability.gore_modes import GorePencil, GoreSector  # slow to import, as is SciPy with it
 
@@ -345,7 +345,7 @@ def _of_sector(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, 
     return Modes(state, mass, True, pencil.asymmetry, negative, _with_rotations(own, turns, count))
 
 
-def _of_harmonics(state: Equilibrium, count: int, mass: str, harmonics: tuple[int, ...]) -> Modes:
+def _of_harmonics(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int, ...]) -> Modes:
     """The lowest modes of some harmonics, each value as often as the full model has it."""
     from lobefem.stability.cyclic import Sector  # slow to import, as is SciPy with it: all modes need neither
     from lobefem.stability.sector_modes import modes_of_harmonics

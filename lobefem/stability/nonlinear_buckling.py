@@ -25,7 +25,7 @@ from lobefem.stability.branch_following import follow
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.modes import Mode, Modes, find_modes
 from lobefem.stability.tracing import _check_state, _state
-from lobefem.typing import Array, Mat, Vec
+from lobefem.typing import Array, Mat, StateKind, Vec
 
 from petsc4py import PETSc
 
@@ -79,7 +79,7 @@ def critical_point(
     *,
     limit: float,
     start: float = 1.0,
-    state: str = "inflated",
+    state: StateKind = "inflated",
     rtol: float = 1e-3,
     growth: float = 1.3,
     resume: Checkpoint | None = None,
@@ -172,7 +172,7 @@ class _Path:
     def __init__(
         self,
         balloon: Balloon,
-        state: str,
+        state: StateKind,
         rtol: float,
         progress: Progress | None,
         visited: Sequence[tuple[float, float]] = (),

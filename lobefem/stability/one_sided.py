@@ -46,7 +46,7 @@ from lobefem.progress import part
 from lobefem.stability.harmonic_buckling import HarmonicPressures, Row, harmonic_pressures, pressure_limit
 from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
 from lobefem.stability.modes import Modes, check_request, find_modes
-from lobefem.typing import Comm
+from lobefem.typing import Comm, Mass
 
 __all__ = [
     "OneSidedModes",
@@ -111,7 +111,7 @@ def one_sided_modes(
     pressure: float,
     count: int = 8,
     *,
-    mass: str = "unit",
+    mass: Mass = "unit",
     harmonics: int | Iterable[int] | None = None,
 ) -> OneSidedModes:
     """The lowest modes of the wrinkled, the mean and the taut tangent of the ideal state.

@@ -14,7 +14,7 @@ from lobefem.files import on_all
 from lobefem.frozen import Frozen
 from lobefem.linalg.banded import HERMITIAN, as_scipy, asymmetry, lowest
 from lobefem.stability.cyclic import Sector, own_pairs
-from lobefem.typing import Comm, ComplexArray, Sparse, Vec
+from lobefem.typing import Comm, ComplexArray, Mass, Sparse, Vec
 
 __all__ = ["SectorMode", "mass_matrix", "modes_of_harmonics"]
 
@@ -40,7 +40,7 @@ class SectorMode(NamedTuple):
 
 
 def modes_of_harmonics(
-    sector: Sector, q: Vec, harmonics: Sequence[int], count: int, *, mass: str, scale: float, comm: Comm
+    sector: Sector, q: Vec, harmonics: Sequence[int], count: int, *, mass: Mass, scale: float, comm: Comm
 ) -> list[SectorMode]:
     """The lowest modes of some harmonics together, dealt out to the ranks. Collective over `comm`.
 
@@ -148,7 +148,7 @@ def _loaded(sector: Sector, q: Vec, K: Sparse) -> Any:
     return found
 
 
-def mass_matrix(sector: Sector, q: Vec, kind: str) -> Any:
+def mass_matrix(sector: Sector, q: Vec, kind: Mass) -> Any:
     """The mass of the sector's unknowns; each node on the cut has half of the "nodal" identity."""
     balloon = sector.balloon
     if kind == "unit":

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from typing import get_args
 
 import numpy as np
 
@@ -25,11 +26,11 @@ from lobefem.stability.fourier import kind_of
 from lobefem.stability.harmonic_buckling import sector_pencil
 from lobefem.stability.modes import Modes, check_request, find_modes
 from lobefem.stability.sector_modes import mass_matrix
-from lobefem.typing import Array, ComplexArray
+from lobefem.typing import Array, ComplexArray, Mass, StateKind
 
 __all__ = ["STATES", "Trace", "branches", "trace"]
 
-STATES = ("ideal", "inflated")
+STATES: tuple[str, ...] = get_args(StateKind)
 
 
 @dataclass(frozen=True, repr=False)
@@ -42,7 +43,7 @@ class Trace(Summarized):
         branches: the same as curves over the pressure.
     """
 
-    state: str
+    state: StateKind
     modes: tuple[Modes, ...] = field(repr=False)
     branches: tuple[Branch, ...]
 
@@ -76,8 +77,8 @@ def trace(
     pressures: Sequence[float],
     *,
     count: int = 8,
-    state: str = "ideal",
-    mass: str = "unit",
+    state: StateKind = "ideal",
+    mass: Mass = "unit",
     refinements: int = 0,
     progress: Progress | None = None,
 ) -> Trace:
@@ -133,7 +134,7 @@ def trace(
     return Trace(state, tuple(found), tuple(follow(found)))
 
 
-def _check_state(balloon: Balloon, state: str) -> None:
+def _check_state(balloon: Balloon, state: StateKind) -> None:
     if state not in STATES:
         raise InputError(f"state '{state}' is unknown; use 'ideal' or 'inflated'")
     if state == "ideal" and not balloon.prestressed:
@@ -142,7 +143,7 @@ def _check_state(balloon: Balloon, state: str) -> None:
 
 def _state(
     balloon: Balloon,
-    kind: str,
+    kind: StateKind,
     pressure: float,
     start: Equilibrium | Checkpoint | None,
     progress: Progress | None,
@@ -158,7 +159,7 @@ def branches(
     *,
     count: int = 4,
     harmonics: int | Iterable[int] | None = None,
-    mass: str = "unit",
+    mass: Mass = "unit",
 ) -> list[Branch]:
     """The lowest branches of each harmonic, for the held isotensoid with its stress proportional to p.
 
