@@ -214,6 +214,8 @@ class Condensed:
         """Number of eigenvalues of a harmonic below the shift, by inertia; None where A_ii cannot tell."""
         if not self.inner_is_positive:
             return None
+        if self.factor(harmonic) is not None:
+            return 0
         return int((np.linalg.eigvalsh(self._reduced(self._sector.basis(harmonic))) < 0).sum())
 
     def lowest(

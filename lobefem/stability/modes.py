@@ -23,7 +23,7 @@ from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import displacement_of, largest, stiffness_scale
-from lobefem.fem.rigid_motions import free_to_rotate, is_turn
+from lobefem.fem.rigid_motions import free_to_rotate, is_turn, num_turns
 from lobefem.frozen import Frozen
 from lobefem.geometry import gather
 from lobefem.linalg import petsc
@@ -325,18 +325,25 @@ def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int,
         sector.check(n)
     q = state.restore()
     pencil = GorePencil(sector, balloon, mass, _scale(balloon))
+    free = num_turns(balloon)
+    found = [
+        one
+        for n in sorted(set(harmonics))
+        for one in pencil.lowest(n, math.ceil(count / sector.copies(n)) + (free > 0 and n == 1))
+    ]
+    values = sorted(one.value for one in found for _ in range(sector.copies(one.harmonic)))
+    last = values[min(count + free, len(values)) - 1]
     modes: list[Mode] = []
-    for n in sorted(set(harmonics)):
-        copies = sector.copies(n)
-        more = n == 1 and free_to_rotate(balloon)
-        for one in pencil.lowest(n, math.ceil(count / copies) + more):
-            field = sector.displacement(pencil.own, one.vector)
-            field /= largest(balloon, field)
-            rigid = _turns(balloon, q, field.real, field.imag)
-            kind = RIGID if rigid else kind_of(balloon, field, n)
-            for turned in (field, -1j * field)[:copies]:
-                parts = turned.real.copy(), turned.imag.copy()
-                modes.append(Mode(complex(one.value), one.residual, n, (n,), kind, *parts))
+    for one in found:
+        if one.value > last:
+            continue
+        n, field = one.harmonic, sector.displacement(pencil.own, one.vector)
+        field /= largest(balloon, field)
+        rigid = _turns(balloon, q, field.real, field.imag)
+        kind = RIGID if rigid else kind_of(balloon, field, n)
+        for turned in (field, -1j * field)[: sector.copies(n)]:
+            parts = turned.real.copy(), turned.imag.copy()
+            modes.append(Mode(complex(one.value), one.residual, n, (n,), kind, *parts))
     negative = None
     if set(harmonics) == set(sector.harmonics):
         edge = -NEUTRAL * 1e2 * _scale(balloon)
