@@ -104,7 +104,9 @@ def inflate(
         guess = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
     balloon.set_loads(pressure, prestress)
     begin = q if guess is None else guess
-    solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent)
+    # film compressed as drawn, and hoop fibres of one gore, are unstable on the way to a stable state
+    turned = balloon.map.tied or (start is None and not _rests_as_drawn(balloon))
+    solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent, turned=turned)
     try:
         if guess is not None:
             reason, count = solver.solve(guess)
@@ -143,7 +145,9 @@ def _from_coarser(
     if q is None:
         q = _drawn_along(coarse)
     coarse.set_loads(pressure, prestress)
-    solver = Newton(coarse, q, _COARSE_RTOL, max_iterations, PREFIX, keep=keep_tangent)
+    solver = Newton(
+        coarse, q, _COARSE_RTOL, max_iterations, PREFIX, keep=keep_tangent, turned=coarse.map.tied
+    )
     try:
         reason, count = solver.solve(q)
         _tell(pressure, reason, count, solver.norm, progress, coarse)
