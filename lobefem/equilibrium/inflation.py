@@ -111,7 +111,9 @@ def inflate(
     simple = simpler(balloon) if start is None and guess is None else []
     balloon.set_loads(pressure, prestress)
     begin = q if guess is None else guess
-    solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent)
+    # film compressed as drawn, and hoop fibres of one gore, are unstable on the way to a stable state
+    turned = balloon.map.tied or (start is None and not _rests_as_drawn(balloon))
+    solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent, turned=turned)
     try:
         if guess is not None or simple:
             guess = q.copy() if guess is None else guess
@@ -158,7 +160,9 @@ def _from_coarser(
     if q is None:
         q = _drawn_along(coarse)
     coarse.set_loads(pressure, prestress)
-    solver = Newton(coarse, q, _COARSE_RTOL, max_iterations, PREFIX, keep=keep_tangent)
+    solver = Newton(
+        coarse, q, _COARSE_RTOL, max_iterations, PREFIX, keep=keep_tangent, turned=coarse.map.tied
+    )
     try:
         reason, count = solver.solve(q)
         _tell(pressure, reason, count, solver.norm, progress, coarse)

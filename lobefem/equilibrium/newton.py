@@ -283,17 +283,24 @@ class Separation:
             then turned round.
         limited: a step that goes too far is not gone at all: it leads nowhere, and to look for what it
             would touch takes long.
+        turned: turn steps also where there is no contact.
 
     Attributes:
         share: of the last step that was gone.
     """
 
     def __init__(
-        self, snes: SNES, balloon: Balloon, residual: Vec, downhill: bool, limited: bool = False
+        self,
+        snes: SNES,
+        balloon: Balloon,
+        residual: Vec,
+        downhill: bool,
+        limited: bool = False,
+        turned: bool = False,
     ) -> None:
         self.share = 1.0
         self._balloon, self._residual, self._downhill, self._limited = balloon, residual, downhill, limited
-        if balloon.contact is not None or limited:
+        if balloon.contact is not None or limited or turned:
             snes.setLineSearchPreCheck(self._shorten)
 
     def _shorten(self, x: Vec, step: Vec) -> bool:
@@ -342,6 +349,8 @@ class Newton:
         predicted: solve with the stress that the last step predicted (`WeakForms.predicted`), for
             whole steps.
         keep: see `EnergySearch`.
+        turned: turn a step round that an indefinite tangent sends to higher energy. The line search would end
+            there; but near an unstable equilibrium such steps are those that lead to it.
 
     Attributes:
         norm: of the last residual [N, N m].
@@ -358,6 +367,7 @@ class Newton:
         line_search: str = "bt",
         predicted: bool = False,
         keep: bool = True,
+        turned: bool = False,
     ) -> None:
         self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
         self._r = q.duplicate()
@@ -372,7 +382,8 @@ class Newton:
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
         downhill = symmetric or balloon.motion is not None
-        search.separation = Separation(snes, balloon, self._r, downhill, predicted)
+        turned = turned and downhill and balloon.forms.has_energy
+        search.separation = Separation(snes, balloon, self._r, downhill, predicted, turned)
         if snes.getKSP().getPC().getType() == PETSc.PC.Type.GAMG:  # the user's choice
             x = balloon.X
             K.setNearNullSpace(
