@@ -152,7 +152,9 @@ NUMBER = Quantity("a pure number", "", "0.3", {})
 
 _DEGREE = "0.017453292519943295769"
 
-ANGLE = Quantity("an angle", "radians", '"60 deg" or 1.05', {"deg": _DEGREE, "°": _DEGREE, "rad": "1"})
+ANGLE = Quantity(
+    "an angle", "radians", '0.7853981633974483 or "45 deg"', {"deg": _DEGREE, "°": _DEGREE, "rad": "1"}
+)
 
 MASS = Quantity("a mass", "kilograms", '91.4 or "91.4 kg"', {"kg": "1", "g": "1e-3", "t": "1e3"})
 

@@ -125,6 +125,11 @@ def picture(
         raise InputError(f"--mode is of modes, not of {what}; leave it out")
     if pressure is not None and what in ("curves", "release"):
         raise InputError(f"{what} are of all pressures; leave --pressure out")
+    if "gores" in run.results:
+        raise InputError(
+            f"lobefem plot draws no pumpkins yet; open '{run.path}/fields.xdmf' in ParaView, or use lobefem "
+            "report"
+        )
     holds = held(run)
     if what not in holds:
         if run.faults:

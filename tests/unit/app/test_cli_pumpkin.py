@@ -109,3 +109,17 @@ def test_full_is_for_pumpkins(refused):
     code, said = refused("inflate", str(MESHES / "single.toml"), "--full")
     assert code == 2
     assert "--full computes all gores of a pumpkin, and this design is none" in said
+
+
+@pytest.mark.serial
+def test_a_run_of_one_gore_is_kept(lobefem_json, refused, tmp_path):
+    run = str(tmp_path / "run")
+    first, code = lobefem_json("inflate", PUMPKIN, "--divisions", "8x4", "--out", run, "--report")
+    assert code == 0
+    assert {"fields.xdmf", "state.npz", "report.html"} <= {path.name for path in Path(run).iterdir()}
+    again, code = lobefem_json("inflate", PUMPKIN, "--divisions", "8x4", "--out", run, "--resume")
+    assert code == 0
+    assert again["volume"] == pytest.approx(first["volume"], rel=1e-10)
+    code, said = refused("plot", run, "--what", "state")
+    assert code == 2
+    assert "lobefem plot draws no pumpkins yet; open" in said

@@ -5,7 +5,22 @@ import math
 import pytest
 
 from lobefem import units
-from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, in_degrees, pascals
+from lobefem.units import (
+    ANGLE,
+    DENSITY,
+    FORCE,
+    GRADIENT,
+    LENGTH,
+    LINE_DENSITY,
+    MASS,
+    NUMBER,
+    PRESSURE,
+    STIFFNESS,
+    STRESS,
+    VOLUME,
+    in_degrees,
+    pascals,
+)
 
 # written out, not taken from the module: a wrong factor there must not be right here
 LENGTHS = {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
@@ -17,7 +32,10 @@ FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9}
 STIFFNESSES = {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9}
 KINDS = (
     (LENGTH, LENGTHS), (PRESSURE, PRESSURES), (STRESS, PRESSURES), (FORCE, FORCES), (STIFFNESS, STIFFNESSES),
-    (NUMBER, {}),
+    (NUMBER, {}), (ANGLE, {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}),
+    (MASS, {"kg": 1.0, "g": 1e-3, "t": 1e3}), (VOLUME, {"m^3": 1.0, "m3": 1.0}),
+    (DENSITY, {"kg/m^3": 1.0, "kg/m3": 1.0, "g/cm^3": 1e3}), (LINE_DENSITY, {"kg/m": 1.0, "g/m": 1e-3}),
+    (GRADIENT, {"Pa/m": 1.0, "N/m^3": 1.0}),
 )  # fmt: skip
 
 
