@@ -273,7 +273,7 @@ def balloon(design: Design, surface: Surface, film: FilmLaw) -> Balloon:
     if layer or rope:
         components.append(DeadWeight(film=layer, cables=rope))
     if fittings.mass[1] and plates.support != "fixed":  # of one gore its share
-        components.append(PlateLoad(force=(0.0, 0.0, -GRAVITY * fittings.mass[1] / surface.copies)))
+        components.append(PlateLoad(force=(0.0, 0.0, -GRAVITY * fittings.mass[1])))
     pattern = surface.recipe.pattern(surface) if design.shape.reference == "flat" else None
     return Balloon(surface, film, components, pattern=pattern, layers=layers(design, surface))
 
