@@ -307,7 +307,9 @@ class Design(Section):
         film, plates, gas = self.film, self.plates, self.pressure
         if self.is_pumpkin:
             return pumpkin_design.balloon(self, surface, self._law(film.law))
-        components: list[Any] = [GasPressure(cast("Convention", gas.load), gradient=gas.gradient, level=gas.level)]
+        components: list[Any] = [
+            GasPressure(cast("Convention", gas.load), gradient=gas.gradient, level=gas.level)
+        ]
         if self.hoops.enabled:
             components.append(Seams(EA=self.hoops.EA))
         components.append(
