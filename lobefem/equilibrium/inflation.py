@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lobefem import checks
+from lobefem.equilibrium.bulge import bulged
 from lobefem.equilibrium.grid_sequencing import coarser_balloon, interpolate
 from lobefem.equilibrium.newton import REASONS, Newton
 from lobefem.equilibrium.state import Equilibrium, record
@@ -106,6 +107,8 @@ def inflate(
                 if on_step is not None:
                     on_step(state)
                 return state
+        if start is None and not balloon.surface.of_revolution:
+            q = _on_its_way(balloon, solver, q, pressure, progress)
         return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress)
     finally:
         solver.destroy()
@@ -180,6 +183,19 @@ def _drawn_along(balloon: Balloon) -> Any:
         share = (x - motion.centres[0]) @ motion.direction / motion.length
         q.array[: free.size] = np.outer(share, motion.plates.lift * motion.direction).ravel()[free]
     return q
+
+
+def _on_its_way(balloon: Balloon, solver: Newton, q: Any, pressure: float, progress: Progress | None) -> Any:
+    """Unknowns to start from on a surface of any form: those solved for, or film bulged where it is flat."""
+    rest = q.copy()
+    reason, count = solver.solve(q)
+    _tell(pressure, reason, count, solver.norm, progress)
+    if reason > 0:
+        return q
+    guess = bulged(balloon)
+    reason, count = solver.solve(guess)
+    _tell(pressure, reason, count, solver.norm, progress)
+    return guess if reason > 0 else rest
 
 
 def _step(

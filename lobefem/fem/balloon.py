@@ -32,7 +32,7 @@ from lobefem.model.components import Components, row
 from lobefem.model.end_plates import PlateLoad
 from lobefem.model.film import Film, require_film
 from lobefem.model.gas_pressure import film_volume
-from lobefem.model.kinematics import Frame, revolved_frame
+from lobefem.model.kinematics import Frame, cell_frame, revolved_frame
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
 from lobefem.typing import Array
@@ -119,6 +119,11 @@ class Balloon(OnMesh, Summarized):
             )
         if prestressed and not isinstance(surface.shape, Lobe):
             raise InputError("prestress needs an isotensoid or a formed lobe; this surface is another shape")
+        if film.directional and frame is None and not surface.of_revolution:
+            raise InputError(
+                f"{type(film).__name__} film has a direction, and this surface runs around no axis; give "
+                "a frame, such as tangent_frame makes, or TensionField or Isotropic film"
+            )
         if load_path is not None:
             if prestressed:
                 raise InputError("the film gets its stress from the load path or by prestress, not from both")
@@ -143,7 +148,12 @@ class Balloon(OnMesh, Summarized):
         self.axis = axis
         self.direction, origin = axis_terms(self.mesh, axis)
         self.x = ufl.SpatialCoordinate(self.mesh) - origin
-        self.frame = frame if frame is not None else revolved_frame(self.mesh, self.direction, origin)
+        if frame is not None:
+            self.frame = frame
+        elif surface.of_revolution:
+            self.frame = revolved_frame(self.mesh, self.direction, origin)
+        else:
+            self.frame = cell_frame(self.mesh)
         self.motion = plate_motion(surface, self.plates, axis) if self.plates is not None else None
         self.plate_forces = self._plate_forces(sorted_components.plate_load)
         self.free: Balloon | None = None

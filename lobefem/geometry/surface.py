@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem.display import Summarized, Summary, number
+from lobefem.errors import InputError
 from lobefem.frozen import Frozen, OnMesh
 from lobefem.geometry import gather, surface_checks
 from lobefem.geometry.axis import Axis
@@ -47,6 +48,9 @@ class Surface(Frozen, OnMesh, Summarized):
         origin: a point on the axis, shape (3,) [m]. None for the centre of the bottom rim, or, without
             one, the origin.
         recipe: from which the mesh was made, for another one of the same shape; None of a mesh of one's own.
+        regions: cell tags of a mesh of one's own, which the groups of dimension 2 name; None for the lobes.
+        of_revolution: False for film that runs around no axis: strains and stresses then count along each
+            cell's own first side, so only laws without a direction of their own fit.
 
     Raises:
         InputError: fields of the wrong kind, or that do not go together.
@@ -65,6 +69,122 @@ class Surface(Frozen, OnMesh, Summarized):
     grading: float = 0.0
     origin: Array | None = None
     recipe: Any = None
+    regions: MeshTags | None = None
+    of_revolution: bool = True
+
+    @classmethod
+    def from_mesh(
+        cls,
+        mesh: Mesh,
+        facet_tags: MeshTags | None = None,
+        names: Mapping[str, tuple[int, int]] | None = None,
+        cell_tags: MeshTags | None = None,
+        *,
+        plates: tuple[str, str] | None = None,
+        axis: Any = None,
+        origin: Any = None,
+    ) -> Surface:
+        """A film on a mesh of DOLFINx's.
+
+        Args:
+            mesh: triangles or quadrilaterals in space, ghosted over facets.
+            facet_tags: of the edges that carry a name.
+            names: (dimension, tag) by name, as the `physical_groups` of dolfinx.io.gmsh.
+            cell_tags: of the regions that carry a name.
+            plates: names of the bottom and of the top rim that end plates close.
+            axis: direction of the axis, of a surface of revolution about one (3,).
+            origin: a point on it (3,) [m].
+
+        Raises:
+            InputError: another kind of mesh, or names that do not go with it.
+        """
+        from lobefem.geometry.read import groups_of
+
+        groups = groups_of(names, plates)
+        return cls._own(axis, origin, mesh=mesh, regions=cell_tags, edges=facet_tags, groups=groups)
+
+    @classmethod
+    def from_msh(
+        cls,
+        path: Any,
+        comm: Any = None,
+        *,
+        plates: tuple[str, str] | None = None,
+        axis: Any = None,
+        origin: Any = None,
+    ) -> Surface:
+        """A film on a surface mesh that Gmsh has saved, its physical groups by their names. Collective.
+
+        Cells are turned to one sense: outwards where the film, with the rims that plates close, encloses a
+        volume. Rank 0 reads the file.
+
+        Args:
+            path: of a file that Gmsh reads, such as beam.msh.
+            comm: MPI communicator (default: all ranks).
+            plates: names of the bottom and of the top rim that end plates close.
+            axis: direction of the axis, of a surface of revolution about one (3,).
+            origin: a point on it (3,) [m].
+
+        Raises:
+            InputError: a file that Gmsh cannot read, or that holds something else than one surface mesh.
+        """
+        from lobefem.geometry.read import read_msh
+
+        return cls._own(axis, origin, **read_msh(path, _communicator(comm), plates))
+
+    @classmethod
+    def from_step(
+        cls,
+        path: Any,
+        size: float,
+        comm: Any = None,
+        *,
+        order: int = 1,
+        plates: tuple[str, str] | None = None,
+        axis: Any = None,
+        origin: Any = None,
+    ) -> Surface:
+        """A film on the faces of a STEP file, meshed by Gmsh in triangles. Collective.
+
+        Edges and faces are called as in the file, or curve_5 and surface_2 by Gmsh's numbers.
+
+        Args:
+            path: of the file.
+            size: edge length of the triangles [m].
+            comm: MPI communicator (default: all ranks).
+            order: degree of the cells, 1 or 2.
+            plates: names of the bottom and of the top rim that end plates close.
+            axis: direction of the axis, of a surface of revolution about one (3,).
+            origin: a point on it (3,) [m].
+
+        Raises:
+            InputError: a file that Gmsh cannot read, or a size or order that is impossible.
+        """
+        from lobefem.geometry.read import read_step
+
+        return cls._own(axis, origin, **read_step(path, size, _communicator(comm), plates, order))
+
+    @classmethod
+    def _own(cls, axis: Any, origin: Any, **fields: Any) -> Surface:
+        """A surface of someone else's mesh; without an axis and rims about one it is of no revolution."""
+        closed = "rim_bottom" in fields["groups"]
+        revolved = closed or axis is not None
+        given = axis if revolved else np.array([0.0, 0.0, 1.0])
+        return cls(axis=given, origin=origin, of_revolution=revolved, **fields)
+
+    def tags(self, name: str) -> tuple[MeshTags, int]:
+        """The mesh tags in which a group is, and its value in them.
+
+        Raises:
+            InputError: a name that the surface does not have.
+        """
+        if name not in self.groups:
+            raise InputError(f"no group '{name}' on this surface; it has {sorted(self.groups)}")
+        dimension, value = self.groups[name]
+        tags = self.edges if dimension == 1 else self.lobes if self.regions is None else self.regions
+        if tags is None:
+            raise InputError(f"group '{name}' needs the cell tags that it names; give regions")
+        return tags, value
 
     def __post_init__(self) -> None:
         for name, value in surface_checks.checked_fields(self).items():
@@ -89,7 +209,7 @@ class Surface(Frozen, OnMesh, Summarized):
 
     def _summary(self) -> Summary:
         shape, topology = self.shape, self.mesh.topology
-        what = "cylinder" if isinstance(shape, Cylinder) else "lobe"
+        what = "cylinder" if isinstance(shape, Cylinder) else "lobe" if self.of_revolution else "film"
         mesh = "unstructured" if self.divisions is None else " x ".join(map(str, self.divisions))
         cells = f"{topology.index_map(2).size_global} {topology.cell_name()}s"
         part = f", one of {self.copies} sectors" if self.copies > 1 else ""
@@ -105,6 +225,14 @@ class Surface(Frozen, OnMesh, Summarized):
                 ("volume as designed", number(self.num_lobes * shape.volume, "m^3")),
             ]
         return Summary(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", tuple(rows))
+
+
+def _communicator(comm: Any) -> Any:
+    if comm is not None:
+        return comm
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD
 
 
 def _moved(surface: Surface, axis: Axis | None) -> Surface:

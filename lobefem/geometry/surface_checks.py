@@ -24,6 +24,7 @@ from lobefem.linalg import dolfinx_compat
 from lobefem.typing import Array
 
 from dolfinx.mesh import exterior_facet_indices
+from mpi4py import MPI
 
 __all__ = ["checked_fields", "examine"]
 
@@ -58,6 +59,8 @@ def checked_fields(surface: Any) -> dict[str, Any]:
     """
     mesh = surface.mesh
     kept: dict[str, Any] = {"groups": MappingProxyType(dict(surface.groups))}
+    if dolfinx_compat.mixes_cells(mesh):
+        raise InputError("the mesh mixes cells of several kinds; give triangles or quadrilaterals alone")
     nodes = dolfinx_compat.geometry_dofmap(mesh).shape[1]
     if mesh.topology.dim != 2 or mesh.geometry.dim != 3 or nodes not in CORNERS:
         raise InputError(
@@ -287,7 +290,9 @@ def _volume_within(surface: Any) -> float:
     fans = (np.cross(corners[:, k], corners[:, k + 1]) for k in range(1, corners.shape[1] - 1))
     volume = sum(float(np.einsum("ni,ni->", a, fan)) for fan in fans) / 6
     total = comm.allreduce(np.array([free, volume]))
-    return 0.0 if total[0] else float(total[1])
+    size = comm.allreduce(float(np.abs(corners).max(initial=0.0)), op=MPI.MAX)
+    # two sheets upon each other, which gas is to part, enclose round-off
+    return 0.0 if total[0] or abs(total[1]) <= 1e-9 * size**3 else float(total[1])
 
 
 def _check_shape(surface: Any, axis: Axis, rims: dict[str, _Rim]) -> None:

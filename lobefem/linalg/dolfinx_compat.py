@@ -36,6 +36,7 @@ __all__ = [
     "gmshio",
     "interpolation_points",
     "mixed_wheels",
+    "mixes_cells",
     "shared_facet_partitioner",
 ]
 
@@ -271,6 +272,12 @@ def geometry_dofmap(mesh: Any) -> npt.NDArray[np.int32]:
     """
     dofmaps = getattr(mesh.geometry, "dofmaps", None)
     return dofmaps[0] if isinstance(dofmaps, (list, tuple)) else mesh.geometry.dofmap
+
+
+def mixes_cells(mesh: Any) -> bool:
+    """True of a mesh with cells of several kinds, which DOLFINx 0.10 can make from Python."""
+    dofmaps = getattr(mesh.geometry, "dofmaps", None)
+    return isinstance(dofmaps, (list, tuple)) and len(dofmaps) > 1
 
 
 def entity_nodes(mesh: Any, dim: int, entities: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
