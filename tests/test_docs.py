@@ -54,19 +54,21 @@ def test_python_blocks_run(page, workplace):
 
 @pytest.mark.parametrize("page", named(p for p in PAGES if blocks(p, "sh")))
 def test_commands_run(page, workplace, capfd):
-    """On a coarse mesh, which an option at the end says; the rest is as printed."""
+    """On a coarse mesh, which an option at the end says, unless it is the file's; the rest is as printed."""
     for line in "".join(blocks(page, "sh")).splitlines():
         command, *arguments = shlex.split(line)
         assert command == "lobefem"
-        coarse = [] if arguments[0] == "report" else ["--divisions", COARSE]  # that one solves nothing
+        fixed = arguments[0] == "report" or arguments[1] == "beam.toml"  # that one solves nothing
+        coarse = [] if fixed else ["--divisions", COARSE]
         code = cli.main([*arguments, *coarse])
         assert code == 0, f"{line}\n{capfd.readouterr().err}"
 
 
 def test_design_files_of_the_pages_are_sound(workplace):
     files = [name for name in os.listdir() if name.endswith(".toml")]
-    assert sorted(files) == ["lobes.toml", "my-balloon.toml"]
+    assert sorted(files) == ["beam.toml", "lobes.toml", "my-balloon.toml"]
     assert Design.load("my-balloon.toml").shape.lobes == 3
+    assert Design.load("beam.toml").cables[0].rest_length == 0.61
     assert [point.fault for point in load("lobes.toml", {"critical": ["divisions"]}).points] == [""] * 12
 
 

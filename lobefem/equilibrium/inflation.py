@@ -61,7 +61,8 @@ def inflate(
         on_step: called on all ranks with the equilibrium after each pressure step.
         nested: without a start, look first for the equilibrium on meshes half as fine and start from there
             (`lobefem.equilibrium.grid_sequencing`), where that saves time. It leads to the same state, on a
-            fine mesh several times sooner; where it leads nowhere the reference shape is the start.
+            fine mesh several times sooner; where it leads nowhere the reference shape is the start. Film on a
+            surface that runs around no axis starts from its reference shape, then bulged as a soap film.
         keep_tangent: on a large mesh, take further steps with a factorised tangent while they cost less than
             a new one; False for Newton's method as it is in books.
         progress: called with a line of text after each solve.
@@ -92,23 +93,28 @@ def inflate(
         start = path
     q = start.vector() if start is not None else _drawn_along(balloon)
     _check_start(balloon, q, start)
-    guess = None
-    if nested and start is None:
+    guesses: list[Callable[[], Any]] = []
+    begin = q
+    if start is None and not balloon.surface.of_revolution:
+        guesses = [q.copy, lambda: bulged(balloon)]
+    elif nested and start is None:
         guess = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
+        if guess is not None:
+            begin, guesses = guess, [lambda: guess]
     balloon.set_loads(pressure, prestress)
-    begin = q if guess is None else guess
     solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent)
     try:
-        if guess is not None:
+        iterations = 0
+        for guessed in guesses:
+            guess = guessed()
             reason, count = solver.solve(guess)
+            iterations += count
             _tell(pressure, reason, count, solver.norm, progress)
             if reason > 0:
-                state = record(balloon, guess, True, REASONS[reason], count, (pressure,))
+                state = record(balloon, guess, True, REASONS[reason], iterations, (pressure,))
                 if on_step is not None:
                     on_step(state)
                 return state
-        if start is None and not balloon.surface.of_revolution:
-            q = _on_its_way(balloon, solver, q, pressure, progress)
         return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress)
     finally:
         solver.destroy()
@@ -183,19 +189,6 @@ def _drawn_along(balloon: Balloon) -> Any:
         share = (x - motion.centres[0]) @ motion.direction / motion.length
         q.array[: free.size] = np.outer(share, motion.plates.lift * motion.direction).ravel()[free]
     return q
-
-
-def _on_its_way(balloon: Balloon, solver: Newton, q: Any, pressure: float, progress: Progress | None) -> Any:
-    """Unknowns to start from on a surface of any form: those solved for, or film bulged where it is flat."""
-    rest = q.copy()
-    reason, count = solver.solve(q)
-    _tell(pressure, reason, count, solver.norm, progress)
-    if reason > 0:
-        return q
-    guess = bulged(balloon)
-    reason, count = solver.solve(guess)
-    _tell(pressure, reason, count, solver.norm, progress)
-    return guess if reason > 0 else rest
 
 
 def _step(

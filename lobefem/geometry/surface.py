@@ -16,6 +16,7 @@ from lobefem.geometry import gather, surface_checks
 from lobefem.geometry.axis import Axis
 from lobefem.geometry.cylinder import Cylinder
 from lobefem.geometry.meridian import Lobe
+from lobefem.linalg import dolfinx_compat
 from lobefem.typing import Array
 
 from dolfinx.mesh import Mesh, MeshTags
@@ -38,7 +39,8 @@ class Surface(Frozen, OnMesh, Summarized):
         edges: facet tags: seams and rims.
         groups: (dimension, value) by name: lobe_1, ..., seam_1, ..., rim_bottom, rim_top.
         axis: direction of the axis from the bottom to the top rim, shape (3,), of any length: kept as a unit
-            vector. None for that between the rims' centres.
+            vector. None for that between the rims' centres, or of film that runs around none the longest
+            principal axis of a long body and the shortest one of a flat body.
         cyclic_order: number of identical sectors around the axis, None for an unstructured mesh.
         divisions: cells (along one lobe's meridian, around the axis), None for unstructured.
         shape: the exact shape of each lobe, None where there is none.
@@ -166,11 +168,10 @@ class Surface(Frozen, OnMesh, Summarized):
 
     @classmethod
     def _own(cls, axis: Any, origin: Any, **fields: Any) -> Surface:
-        """A surface of someone else's mesh; without an axis and rims about one it is of no revolution."""
+        """A surface of someone else's mesh, of revolution if it has an axis or rims about one."""
         closed = "rim_bottom" in fields["groups"]
         revolved = closed or axis is not None
-        given = axis if revolved else np.array([0.0, 0.0, 1.0])
-        return cls(axis=given, origin=origin, of_revolution=revolved, **fields)
+        return cls(axis=axis, origin=origin, of_revolution=revolved, **fields)
 
     def tags(self, name: str) -> tuple[MeshTags, int]:
         """The mesh tags in which a group is, and its value in them.
@@ -189,6 +190,26 @@ class Surface(Frozen, OnMesh, Summarized):
     def __post_init__(self) -> None:
         for name, value in surface_checks.checked_fields(self).items():
             object.__setattr__(self, name, value)
+
+    def length(self, name: str) -> float:
+        """Length of an edge group as drawn [m]. Collective.
+
+        Raises:
+            InputError: a name that no edge of the surface has.
+        """
+        edges = sorted(group for group, (dimension, _) in self.groups.items() if dimension == 1)
+        if name not in edges:
+            raise InputError(f"no edge group '{name}' on this surface; it has {edges}")
+        tags, value = self.tags(name)
+        facets = tags.find(value)
+        facets = facets[facets < self.mesh.topology.index_map(1).size_local]
+        x = self.mesh.geometry.x[dolfinx_compat.entity_nodes(self.mesh, 1, facets)]
+        a, b = x[:, 0], x[:, 1]
+        middle = x[:, 2] if x.shape[1] > 2 else (a + b) / 2
+        places, weights = np.polynomial.legendre.leggauss(4)  # on (-1, 1)
+        rates = [a * (t - 0.5) + b * (t + 0.5) - 2 * t * middle for t in places]
+        own = sum(w * np.linalg.norm(rate, axis=1).sum() for w, rate in zip(weights, rates, strict=True))
+        return float(self.mesh.comm.allreduce(float(own)))
 
     def to_pyvista(self) -> Any:
         """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.

@@ -221,6 +221,10 @@ def _axis(surface: Any, rims: dict[str, _Rim]) -> Axis:
             )
     elif whole:
         direction = unit(rounded(along / length, 1.0))
+    elif not surface.of_revolution:
+        middle, direction = _principal(surface.mesh)
+        origin = middle if surface.origin is None else surface.origin
+        return Axis(direction, origin, _first(surface, rims, direction, origin))
     else:
         raise InputError("the axis of a surface without two rims is not known; give axis=(0, 0, 1), say")
     origin = np.zeros(3)
@@ -239,6 +243,23 @@ def _axis(surface: Any, rims: dict[str, _Rim]) -> Axis:
     elif surface.copies == 1 and centres:
         origin = centres[0]
     return Axis(direction, origin, _first(surface, rims, direction, origin))
+
+
+def _principal(mesh: Any) -> tuple[Array, Array]:
+    """Centre of the nodes and their principal axis, long or short beside two that are alike. Collective."""
+    x = mesh.geometry.x[: mesh.geometry.index_map().size_local]
+    sums = mesh.comm.allreduce(np.append(x.sum(axis=0), len(x)))
+    middle = sums[:3] / sums[3]
+    arms = x - middle
+    size = mesh.comm.allreduce(float(np.abs(arms).max(initial=0.0)), op=MPI.MAX)
+    moments, axes = np.linalg.eigh(mesh.comm.allreduce(arms.T @ arms))
+    long = moments[2] - moments[1] > moments[1] - moments[0]
+    direction = axes[:, 2 if long else 0]
+    direction = direction * np.sign(direction[np.abs(direction).argmax()])
+    # to fewer digits than the order of sums moves
+    return np.round(middle, 10 - math.ceil(math.log10(size or 1.0))) + 0.0, unit(
+        np.round(direction, 10) + 0.0
+    )
 
 
 def _first(surface: Any, rims: dict[str, _Rim], direction: Array, origin: Array) -> Array:

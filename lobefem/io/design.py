@@ -1,7 +1,8 @@
 """The design file: TOML in, a validated `Design` out, and from there the surface and the balloon.
 
 Sections [shape], [mesh], [film], [hoops], [plates], [pressure]; every key has the paper's value as
-its default, but without a table [hoops] there are no hoops. Numbers are SI, or text with a unit
+its default, but without a table [hoops] there are no hoops. A design on a mesh of one's own may also have
+any number of [[fixed]] and [[cables]]. Numbers are SI, or text with a unit
 ("0.05 mm"). Whatever is wrong is said in one sentence: the key, the value, what to try.
 """
 
@@ -9,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from lobefem.errors import InputError
+from lobefem.io import mesh_sections
 from lobefem.io.design_sections import (
     Film,
     Hoops,
@@ -26,6 +28,7 @@ from lobefem.io.design_sections import (
     listed,
     nearest,
 )
+from lobefem.io.mesh_sections import CableTable, FixedTable, one_or_more
 from lobefem.io.toml import read_toml, to_toml
 from lobefem.units import LENGTH, shown
 
@@ -35,6 +38,11 @@ if TYPE_CHECKING:
     from lobefem.model.film import Film as FilmLaw
 
 __all__ = ["Design"]
+
+_MISSING = {
+    "on": 'give the name of an edge group of the mesh, e.g. "rim"',
+    "EA": 'give the stiffness of the cable in newtons, e.g. "20 kN"',
+}
 
 _SLACK = {"isotropic": 0.0, "fixed-wrinkles": 0.0, "tension-field": 1e-6, "imp": 1e-6, "load-path": 1e-6}
 
@@ -52,13 +60,19 @@ class Design(Section):
     hoops: Hoops = Field(default_factory=lambda: Hoops(enabled=False))
     plates: Plates = Field(default_factory=Plates)
     pressure: Pressure = Field(default_factory=Pressure)
+    fixed: Annotated[tuple[FixedTable, ...], BeforeValidator(one_or_more)] = ()
+    cables: Annotated[tuple[CableTable, ...], BeforeValidator(one_or_more)] = ()
 
     @model_validator(mode="after")
     def _complete(self) -> Design:
         lobed = self.has_ideal_state
         size = self.shape.size
         film = self.film.model_copy()  # it may be part of another design
-        if film.thickness > 0.01 * size:
+        if self.shape.kind == "mesh":
+            mesh_sections.complete(self, film)
+        else:
+            mesh_sections.require_none(self)
+        if 0 < 0.01 * size < film.thickness:
             raise ValueError(
                 f"film.thickness = {film.thickness} m is no thin film on a radius of {size} m "
                 f"(shape); {LENGTH.advice}"
@@ -68,7 +82,9 @@ class Design(Section):
         if film.prestress is None:
             fill(film, "prestress", lobed and (film.law == "fixed-wrinkles" or film.setup == "load-path"))
         elif film.prestress and not lobed:
-            raise ValueError("film.prestress = true needs an isotensoid; leave it out for a cylinder")
+            raise ValueError(
+                f"film.prestress = true needs an isotensoid; leave it out for a {self.shape.kind}"
+            )
         if film.setup == "load-path":
             self._check_path(lobed)
         fill(self, "film", film)
@@ -76,7 +92,9 @@ class Design(Section):
 
     def _check_path(self, lobed: bool) -> None:
         if not lobed:
-            raise ValueError("film.setup = 'load-path' needs an isotensoid; leave it out for a cylinder")
+            raise ValueError(
+                f"film.setup = 'load-path' needs an isotensoid; leave it out for a {self.shape.kind}"
+            )
         number = len(self.pressure.value)
         if number != 1:
             raise ValueError(
@@ -125,6 +143,9 @@ class Design(Section):
             tables, fault = comm.bcast((tables, fault), root=0)
         if tables is None:
             raise InputError(fault)
+        shape = tables.get("shape")
+        if isinstance(shape, dict) and isinstance(shape.get("file"), str) and shape["file"]:
+            shape["file"] = str(Path(path).parent.absolute() / shape["file"])
         return cls.parse(tables, str(path))
 
     def with_overrides(self, changes: Mapping[str, Any], names: Mapping[str, str] | None = None) -> Design:
@@ -169,7 +190,12 @@ class Design(Section):
     @property
     def has_ideal_state(self) -> bool:
         """True if the shape carries the pressure without hoop stress: an isotensoid or a formed lobe."""
-        return self.shape.kind != "cylinder"
+        return self.shape.kind not in ("cylinder", "mesh")
+
+    @property
+    def has_plates(self) -> bool:
+        """True if end plates close the rims: always, but on a mesh whose rims the design does not name."""
+        return self.shape.kind != "mesh" or self.plates.bottom is not None
 
     def surface(self, comm: Any = None, *, sector: bool = False) -> Surface:
         """The meshed film; for a formed lobe after its form was found. Collective.
@@ -194,6 +220,12 @@ class Design(Section):
         from mpi4py import MPI
 
         shape, mesh = self.shape, self.mesh
+        if shape.kind == "mesh":
+            if sector:
+                raise InputError(
+                    "no sector of a mesh of one's own stands for all; look at lobefem modes --state inflated"
+                )
+            return mesh_sections.read(self, MPI.COMM_WORLD if comm is None else comm)
         how: dict[str, Any] = {
             "divisions": mesh.divisions or (24, 32),
             "cell": mesh.cell,
@@ -246,12 +278,16 @@ class Design(Section):
         from lobefem.model.end_plates import EndPlates
         from lobefem.model.gas_pressure import GasPressure
         from lobefem.model.self_contact import SelfContact
+        from lobefem.model.supports import Fixed
 
         film, plates = self.film, self.plates
         components: list[Any] = [GasPressure(self.pressure.load)]
         if self.hoops.enabled:
             components.append(Seams(EA=self.hoops.EA))
-        components.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
+        if self.has_plates:
+            components.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
+        components += mesh_sections.cables_of(self, surface)
+        components += [Fixed(part.on, tuple("xyz".index(c) for c in part.components)) for part in self.fixed]
         touching = [SelfContact()] if contact else []
         built_in = bool(film.prestress) if prestressed is None else prestressed
         path = None
@@ -288,16 +324,23 @@ def _first_error(error: ValidationError) -> tuple[str, str, str]:
     errors = error.errors(include_url=False)
     first = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
     keys = [str(part) for part in first["loc"]]
+    section = keys[0] if keys else ""
+    several = section in ("fixed", "cables")
+    if len(keys) > 1 and several:  # the one of several tables that is meant
+        keys[:2] = [f"{section}[{keys[1]}]"]
     path = ".".join(keys)
+    header = f"[[{section}]]" if several else f"[{section}]"
+    if first["type"] == "missing":
+        return path, f"{path} ", f"is missing; {_MISSING[keys[-1]]}"
     if first["type"] == "extra_forbidden":
-        where = Design if len(keys) == 1 else Design.model_fields[keys[0]].annotation
-        known = tuple(where.model_fields)  # type: ignore[union-attr]
-        what = "section" if len(keys) == 1 else f"key of [{keys[0]}]"
+        where: Any = Design if len(keys) == 1 else Design.model_fields[section].annotation
+        known = tuple((get_args(where)[0] if several else where).model_fields)
+        what = "section" if len(keys) == 1 else f"key of {header}"
         choice = f"is no {what}; use {listed(known)}{nearest(keys[-1], known)}"
         return path, f"{shown(path)} ", choice
     if first["type"] == "value_error":
         # what is wrong with a section as a whole begins with one of its keys
         begin = {0: "", 1: f"{path}.", 2: f"{path}: "}
         return path, begin[len(keys)], str(first["ctx"]["error"])
-    text = f"{shown(first['input'])} is not a table; write [{path}] and its keys below"
+    text = f"{shown(first['input'])} is not a table; write {header} and its keys below"
     return path, f"{path}: ", text

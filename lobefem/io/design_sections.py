@@ -14,7 +14,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
 
 from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, Quantity, shown
 
-__all__ = ["Film", "Hoops", "Mesh", "Plates", "Pressure", "Section", "Shape", "fill", "listed", "nearest"]
+__all__ = [
+    "Film", "Hoops", "Mesh", "Plates", "Pressure", "Section", "Shape", "fill", "flag", "group_name", "listed",
+    "nearest", "positive", "quantity",
+]  # fmt: skip
 
 _PAPER_RADIUS = 2.0  # [m]
 
@@ -30,13 +33,14 @@ _SIZES = {
     "isotensoid": ("edge_radius", "R0", "truncation"),
     "cylinder": ("radius", "length"),
     "formed": ("radius", "length", "forming_pressure", "forming_stiffness"),
+    "mesh": ("file",),
 }
 
 
 # --- kinds of values ----------------------------------------------------------------------------
-def _quantity(
-    kind: Quantity, rule: str = "", holds: Callable[[float], bool] | None = None
-) -> BeforeValidator:
+def quantity(kind: Quantity, rule: str = "", holds: Callable[[float], bool] | None = None) -> BeforeValidator:
+    """A check of a number with a unit, and of a rule that it keeps to."""
+
     def check(value: Any) -> float:
         number = kind.read(value)
         if holds is not None and not holds(number):
@@ -46,9 +50,10 @@ def _quantity(
     return BeforeValidator(check)
 
 
-def _positive(kind: Quantity) -> BeforeValidator:
+def positive(kind: Quantity) -> BeforeValidator:
+    """A check of a positive number with a unit."""
     # the bounds keep squares and products of sound numbers away from overflow
-    return _quantity(kind, "positive (1e-15 to 1e15 in SI)", lambda v: 1e-15 <= v <= 1e15)
+    return quantity(kind, "positive (1e-15 to 1e15 in SI)", lambda v: 1e-15 <= v <= 1e15)
 
 
 def _word(*words: str) -> BeforeValidator:
@@ -60,7 +65,8 @@ def _word(*words: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def _flag(value: Any) -> bool:
+def flag(value: Any) -> bool:
+    """A value that is true or false."""
     if not isinstance(value, bool):
         raise ValueError(f"{shown(value)} is neither true nor false; write one of the two without quotes")
     return value
@@ -112,6 +118,19 @@ def _bar(value: Any) -> bool | float:
     return number
 
 
+def group_name(value: Any) -> str:
+    """The name of a group of the mesh."""
+    if not isinstance(value, str) or not value:
+        raise ValueError(f'{shown(value)} is no name; give that of an edge group of the mesh, e.g. "rim"')
+    return value
+
+
+def _file(value: Any) -> str:
+    if not isinstance(value, str) or not value.strip() or "\0" in value:
+        raise ValueError(f'{shown(value)} is no file; give that of a mesh from Gmsh, e.g. "beam.msh"')
+    return value
+
+
 def _pressures(value: Any) -> tuple[float, ...]:
     values = value if isinstance(value, (list, tuple)) else [value]
     if not values:
@@ -146,18 +165,20 @@ class Shape(Section):
 
     An isotensoid is sized by the radius of its seams and rims, or by its equator radius R0. A formed
     lobe is what a cylinder of fixed-direction film becomes at the forming pressure; without a
-    `forming_stiffness`, its E t [N/m], 37.5 Pa make it an isotensoid.
+    `forming_stiffness`, its E t [N/m], 37.5 Pa make it an isotensoid. A mesh of one's own is read from a
+    `file` of Gmsh's, beside the design file, or made on the faces of a STEP file.
     """
 
     kind: Annotated[str, _word(*_SIZES)] = "isotensoid"
-    edge_radius: Annotated[float | None, _positive(LENGTH)] = None
-    R0: Annotated[float | None, _positive(LENGTH)] = None
-    truncation: Annotated[float | None, _quantity(NUMBER, "in (0, 0.599]", lambda v: 0 < v <= 0.599)] = None
+    edge_radius: Annotated[float | None, positive(LENGTH)] = None
+    R0: Annotated[float | None, positive(LENGTH)] = None
+    truncation: Annotated[float | None, quantity(NUMBER, "in (0, 0.599]", lambda v: 0 < v <= 0.599)] = None
     lobes: Annotated[int, _integer(1)] = 1
-    radius: Annotated[float | None, _positive(LENGTH)] = None
-    length: Annotated[float | None, _positive(LENGTH)] = None
-    forming_pressure: Annotated[float | None, _positive(PRESSURE)] = None
-    forming_stiffness: Annotated[float | None, _positive(STIFFNESS)] = None
+    radius: Annotated[float | None, positive(LENGTH)] = None
+    length: Annotated[float | None, positive(LENGTH)] = None
+    forming_pressure: Annotated[float | None, positive(PRESSURE)] = None
+    forming_stiffness: Annotated[float | None, positive(STIFFNESS)] = None
+    file: Annotated[str | None, BeforeValidator(_file)] = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Shape:
@@ -167,9 +188,13 @@ class Shape(Section):
                     f"{key} = {getattr(self, key)} does not fit the kind {self.kind!r}; use "
                     f"{listed(_SIZES[self.kind])}"
                 )
+        if self.kind in ("cylinder", "mesh") and self.lobes != 1:
+            raise ValueError(f"lobes = {self.lobes} does not fit the kind {self.kind!r}; leave it out")
+        if self.kind == "mesh":
+            if self.file is None:
+                raise ValueError("file is missing; give that of a mesh from Gmsh, e.g. 'beam.msh'")
+            return self
         if self.kind == "cylinder":
-            if self.lobes != 1:
-                raise ValueError(f"lobes = {self.lobes} does not fit the kind 'cylinder'; leave it out")
             return self._filled(radius=_PAPER_RADIUS, length=_PAPER_LENGTH)
         if self.kind == "formed":
             radius = self.radius or _PAPER_RADIUS
@@ -184,7 +209,7 @@ class Shape(Section):
 
     @property
     def size(self) -> float:
-        """The radius that the design gives [m]: R0, or that of its rims and seams."""
+        """The radius that the design gives [m]: R0, or that of its rims and seams; 0 of a mesh."""
         return self.R0 or self.edge_radius or self.radius or 0.0
 
     def _filled(self, **defaults: float) -> Shape:
@@ -202,9 +227,9 @@ class Mesh(Section):
     cell: Annotated[str, _word("triangle", "quadrilateral")] = "triangle"
     order: Annotated[int, _integer(1, 2)] = 1
     diagonals: Annotated[str, _word("same", "alternating")] = "same"
-    grading: Annotated[float, _quantity(NUMBER, "in [0, 0.95]", lambda v: 0 <= v <= 0.95)] = 0.0
+    grading: Annotated[float, quantity(NUMBER, "in [0, 0.95]", lambda v: 0 <= v <= 0.95)] = 0.0
     layout: Annotated[str, _word("structured", "unstructured")] = "structured"
-    size: Annotated[float | None, _positive(LENGTH)] = None
+    size: Annotated[float | None, positive(LENGTH)] = None
 
     @model_validator(mode="after")
     def _one_layout(self) -> Mesh:
@@ -236,12 +261,12 @@ class Film(Section):
     law: Annotated[str, _word("isotropic", "fixed-wrinkles", "tension-field", "imp", "load-path")] = (
         "fixed-wrinkles"
     )
-    E: Annotated[float, _positive(STRESS)] = 3.5e9
-    nu: Annotated[float, _quantity(NUMBER, "in (-1, 0.5]", lambda v: -1 < v <= 0.5)] = 0.3
-    thickness: Annotated[float, _positive(LENGTH)] = 5e-5
-    slack_stiffness: Annotated[float | None, _quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = None
-    prestress: Annotated[bool | None, BeforeValidator(_flag)] = None
-    hoop_slack: Annotated[float, _quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = 0.0
+    E: Annotated[float, positive(STRESS)] = 3.5e9
+    nu: Annotated[float, quantity(NUMBER, "in (-1, 0.5]", lambda v: -1 < v <= 0.5)] = 0.3
+    thickness: Annotated[float, positive(LENGTH)] = 5e-5
+    slack_stiffness: Annotated[float | None, quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = None
+    prestress: Annotated[bool | None, BeforeValidator(flag)] = None
+    hoop_slack: Annotated[float, quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = 0.0
     setup: Annotated[str, _word("initial-stress", "load-path")] = "initial-stress"
     tangent: Annotated[str, _word("consistent", "secant")] = "consistent"
 
@@ -269,19 +294,27 @@ class Film(Section):
 class Hoops(Section):
     """[hoops]: hoops on all seams; without this table there are none."""
 
-    EA: Annotated[float, _positive(FORCE)] = 2.15e9
-    enabled: Annotated[bool, BeforeValidator(_flag)] = True
+    EA: Annotated[float, positive(FORCE)] = 2.15e9
+    enabled: Annotated[bool, BeforeValidator(flag)] = True
 
 
 class Plates(Section):
-    """[plates]: the rigid end plates' support, the bar between them, the lift of the top one."""
+    """[plates]: the rigid end plates' support, the bar between them, the lift of the top one.
+
+    On a mesh of one's own, `bottom` and `top` name the edge groups of the rims that they close.
+    """
 
     support: Annotated[str, _word("clamped", "pinned", "fixed")] = "clamped"
     bar: Annotated[bool | float, BeforeValidator(_bar)] = True
-    lift: Annotated[float, _quantity(LENGTH)] = 0.0
+    lift: Annotated[float, quantity(LENGTH)] = 0.0
+    bottom: Annotated[str | None, BeforeValidator(group_name)] = None
+    top: Annotated[str | None, BeforeValidator(group_name)] = None
 
     @model_validator(mode="after")
     def _lifted(self) -> Plates:
+        if (self.bottom is None) != (self.top is None):
+            given, missing = ("bottom", "top") if self.top is None else ("top", "bottom")
+            raise ValueError(f"{given} = {shown(getattr(self, given))} lacks a {missing}; name both rims")
         if self.lift and self.support != "fixed":
             raise ValueError(
                 f"lift = {self.lift} needs support = 'fixed', not {self.support!r}; change one of them"

@@ -22,9 +22,12 @@ COMMON: dict[str, Entry] = {
     "warnings": ("", "sentences that a reader of the numbers must know"),
     "film": ("", "film law"),
     "load": ("", "film or closed"),
-    "support": ("", "clamped, pinned or fixed"),
-    "lobes": ("", "number of lobes"),
-    "radius": ("m", "of the design's shape: its R0, edge_radius or radius, as given"),
+    "support": ("", "clamped, pinned or fixed; null without end plates"),
+    "lobes": ("", "number of lobes; null of kind mesh"),
+    "radius": (
+        "m",
+        "of the design's shape: its R0, edge_radius or radius, as given; null of kind mesh",
+    ),
     "thickness": ("m", "of the film"),
     "divisions": ("", "cells along a lobe and around; null on a mesh without"),
     "converged": ("", "false where the solve failed; of inflate always there"),
@@ -71,6 +74,7 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "residual": ("N", "norm of the unbalanced forces, N m for the plates' moments"),
         "relative_residual": ("", "the same over the norm of the pressure's nodal forces"),
         "volume": ("m^3", "enclosed by film and plates"),
+        "reference_volume": ("m^3", "of the shape as drawn"),
         "strain_energy": ("J", "of film, cables and bar; null for film without an energy"),
         "max_displacement": (
             "m",
