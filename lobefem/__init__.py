@@ -15,6 +15,7 @@ from lobefem.version import __version__
 if TYPE_CHECKING:
     from lobefem.equilibrium.form_finding import Form, find_form
     from lobefem.equilibrium.inflation import inflate
+    from lobefem.equilibrium.pressurisation import pressurise
     from lobefem.equilibrium.state import Equilibrium, ideal_state
     from lobefem.fem.balloon import Balloon
     from lobefem.geometry.isotensoid import Isotensoid
@@ -75,6 +76,7 @@ _HOME = {
     "isotensoid_stiffness": "geometry.natural_shape",
     "lobed_cylinder": "geometry.stacks",
     "perturb": "stability.perturbation",
+    "pressurise": "equilibrium.pressurisation",
     "trace": "stability.tracing",
 }
 

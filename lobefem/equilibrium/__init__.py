@@ -14,9 +14,10 @@ from lobefem.linalg import dolfinx_compat as _dolfinx_compat  # first: it finds 
 if TYPE_CHECKING:
     from lobefem.equilibrium.form_finding import Form, find_form
     from lobefem.equilibrium.inflation import inflate
+    from lobefem.equilibrium.pressurisation import pressurise
     from lobefem.equilibrium.state import Equilibrium, ideal_state
 
-__all__ = ["Equilibrium", "Form", "find_form", "ideal_state", "inflate"]
+__all__ = ["Equilibrium", "Form", "find_form", "ideal_state", "inflate", "pressurise"]
 
 _HOME = {
     "Equilibrium": "state",
@@ -24,6 +25,7 @@ _HOME = {
     "find_form": "form_finding",
     "ideal_state": "state",
     "inflate": "inflation",
+    "pressurise": "pressurisation",
 }
 
 __getattr__ = face(__name__, _HOME)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from lobefem.equilibrium.newton import REASONS, Newton
 from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
+from lobefem.linalg import petsc
 from lobefem.log import logger
 from lobefem.model.film import require_pressure
 from lobefem.profiling import timed
@@ -41,6 +43,8 @@ def inflate(
     on_step: Callable[[Equilibrium], None] | None = None,
     nested: bool = False,
     keep_tangent: bool = True,
+    petsc_options: Mapping[str, Any] | None = None,
+    raise_on_failure: bool = True,
     progress: Progress | None = None,
 ) -> Equilibrium:
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
@@ -65,10 +69,15 @@ def inflate(
             surface that runs around no axis starts from its reference shape, then bulged as a soap film.
         keep_tangent: on a large mesh, take further steps with a factorised tangent while they cost less than
             a new one; False for Newton's method as it is in books.
+        petsc_options: of the solver, by their names without the prefix, as {"snes_monitor": None,
+            "ksp_type": "cg"}; what stands in PETSc's own database goes before.
+        raise_on_failure: False to return the last state that was found where there is none at the pressure,
+            with `converged` False and the reason.
         progress: called with a line of text after each solve.
 
     Raises:
-        InputError: a pressure that is no number, or suction on film that carries tension only.
+        InputError: a pressure that is no number, suction on film that carries tension only, or an option
+            that PETSc refuses.
         ConvergenceError: no equilibrium found; its `state` is the last one that was.
 
     Collective.
@@ -88,6 +97,37 @@ def inflate(
             f"the start has {start.balloon.map.size} unknowns and this balloon {balloon.map.size}; start "
             "from a state on the same mesh with the same supports"
         )
+    if petsc_options is not None and not isinstance(petsc_options, Mapping):
+        raise InputError(f"petsc_options is {petsc_options!r}; give values by name, as {{'snes_max_it': 20}}")
+    options = (nested, rtol, max_iterations, min_step, keep_tangent, on_step, progress)
+    try:
+        with petsc.options(PREFIX, petsc_options or {}):
+            return _inflated(balloon, pressure, prestress, start, *options)
+    except ConvergenceError as error:
+        if raise_on_failure:
+            raise
+        reason = error.data.get("reason", str(error))
+        last = error.state
+        if last is None:
+            balloon.set_loads(0.0, 0.0)
+            last = record(balloon, balloon.map.create_vector(), False, reason, 0, ())
+        return replace(last, converged=False, reason=reason)
+
+
+def _inflated(
+    balloon: Balloon,
+    pressure: float,
+    prestress: float,
+    start: Equilibrium | None,
+    nested: bool,
+    rtol: float,
+    max_iterations: int,
+    min_step: float,
+    keep_tangent: bool,
+    on_step: Callable[[Equilibrium], None] | None,
+    progress: Progress | None,
+) -> Equilibrium:
+    """`inflate` with checked arguments."""
     path = balloon.load_path
     if start is None and path is not None and path.balloon.map.size == balloon.map.size:
         start = path

@@ -6,7 +6,7 @@ the `film` pressure, and a film law written as a stress, are residuals of their 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cached_property
 from typing import Any
@@ -22,6 +22,7 @@ from lobefem.fem.contact_potential import Contact
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
+from lobefem.fem.ufl_access import UflAccess
 from lobefem.fem.weak_forms import WeakForms, check_load_path
 from lobefem.frozen import OnMesh
 from lobefem.geometry.meridian import Lobe
@@ -45,7 +46,7 @@ from mpi4py import MPI
 __all__ = ["Balloon"]
 
 
-class Balloon(OnMesh, Summarized):
+class Balloon(UflAccess, OnMesh, Summarized):
     """A film surface with its load, cables, plates and supports.
 
     Args:
@@ -64,9 +65,12 @@ class Balloon(OnMesh, Summarized):
         pattern: flat coordinates (two components) in which the film is free of stress, as a function of
             the mesh (`lobefem.model.cutting_pattern`) [m]; by default the film is so as it was drawn.
         layers: number of layers of film, as a function of the mesh; by default one everywhere.
+        extra_energy: a further energy [J], from the balloon to a UFL form in its `u` and measures: an elastic
+            foundation, a spring, another load.
 
     Attributes:
         V, u: space and function of the displacement [m].
+        dx: measure of the film, with its quadrature rule.
         X: positions of V's nodes at rest, ghosts included (nodes, 3) [m].
         axis: where the surface stands, see `lobefem.geometry.surface.Surface`.
         x, direction: of a point of the film from the axis's origin, and the axis, in UFL.
@@ -93,6 +97,7 @@ class Balloon(OnMesh, Summarized):
         quadrature_degree: int | None = None,
         pattern: Any = None,
         layers: Any = None,
+        extra_energy: Callable[[Balloon], Any] | None = None,
     ) -> None:
         checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
         require_film(film)
@@ -103,7 +108,11 @@ class Balloon(OnMesh, Summarized):
         self.surface, self.film, self.prestressed = surface, film, prestressed
         self.components, self.hoop_slack, self.quadrature_degree = components, hoop_slack, quadrature_degree
         self.given_frame, self.load_path = frame, load_path
-        self.pattern, self.layers = pattern, layers
+        self.pattern, self.layers, self.extra_energy = pattern, layers, extra_energy
+        if extra_energy is not None and not callable(extra_energy):
+            raise InputError(
+                f"extra_energy is of type {type(extra_energy).__name__}; give a function of the balloon"
+            )
         self.cables, self.fixed = sorted_components.cables, sorted_components.fixed
         self.load, self.plates, self.weight = (
             sorted_components.load,
@@ -174,14 +183,20 @@ class Balloon(OnMesh, Summarized):
         """The same film and parts on another surface. Collective.
 
         Raises:
-            InputError: a frame, a load path, a pattern or layers that belong to this balloon's own surface.
+            InputError: a frame, a load path, a pattern, layers or film parameters of its own surface.
         """
-        bound = (self.given_frame, self.load_path, self.pattern, self.layers)
-        if any(given is not None for given in bound):
+        if self.bound_to_mesh:
             raise InputError(
-                "a film with a frame, a load path, a pattern or layers of its own stays on its surface"
+                "film with a frame, a load path, a pattern, layers or functions of its own stays on its "
+                "surface"
             )
         return self.with_changes(surface=surface)
+
+    @property
+    def bound_to_mesh(self) -> bool:
+        """True if some argument is a function on the mesh of this balloon's own surface."""
+        bound = (self.given_frame, self.load_path, self.pattern, self.layers)
+        return bool(self.film.varying) or any(given is not None for given in bound)
 
     def with_changes(self, **changes: Any) -> Balloon:
         """The balloon of the same arguments but for those given, by their names. Collective."""
@@ -196,6 +211,7 @@ class Balloon(OnMesh, Summarized):
             "quadrature_degree": self.quadrature_degree,
             "pattern": self.pattern,
             "layers": self.layers,
+            "extra_energy": self.extra_energy,
         }
         return Balloon(**arguments | changes)
 
@@ -232,11 +248,11 @@ class Balloon(OnMesh, Summarized):
         mesh = "unstructured mesh" if surface.divisions is None else "{} x {}".format(*surface.divisions)
         bar: Any = plates.bar if plates is not None else False
         stiffness = number(bar, "N") if not isinstance(bar, bool) else "rigid" if bar else "none"
+        varies = "varies"
+        thickness = varies if film.thickness in film.varying else f"{1e3 * film.thickness:g} mm"
+        modulus = varies if film.E in film.varying else f"{film.E:g} Pa"
         rows = [
-            (
-                "film",
-                f"{type(film).__name__}, {1e3 * film.thickness:g} mm, E = {film.E:g} Pa, nu = {film.nu:g}",
-            ),
+            ("film", f"{type(film).__name__}, {thickness}, E = {modulus}, nu = {film.nu:g}"),
             ("gas", f"{self.load.convention} load"),
             ("plates", "none" if plates is None else f"{plates.support}, bar {stiffness}"),
             *(("cables", f"{', '.join(cable.on)}, EA = {cable.EA:g} N") for cable in self.cables),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import checks
 from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
 from lobefem.frozen import Frozen, OnMesh
@@ -190,6 +191,32 @@ class Surface(Frozen, OnMesh, Summarized):
     def __post_init__(self) -> None:
         for name, value in surface_checks.checked_fields(self).items():
             object.__setattr__(self, name, value)
+
+    def by_region(self, values: Mapping[str, float]) -> Any:
+        """A function that is constant on each named region, as a film's modulus or thickness. Collective.
+
+        Args:
+            values: by the name of a cell group; together they cover the surface.
+
+        Raises:
+            InputError: a name that no region has, or cells without a value.
+        """
+        from dolfinx import fem
+
+        found = fem.Function(fem.functionspace(self.mesh, ("DG", 0)))
+        found.x.array[:] = np.nan
+        regions = sorted(group for group, (dimension, _) in self.groups.items() if dimension == 2)
+        for name, value in values.items():
+            if name not in regions:
+                raise InputError(f"no region '{name}' on this surface; it has {regions}")
+            tags, tag = self.tags(name)
+            found.x.array[tags.find(tag)] = checks.finite(f"the value of region '{name}'", value, "")
+        missing = self.mesh.comm.allreduce(int(np.isnan(found.x.array).sum()))
+        if missing:
+            raise InputError(
+                f"some cells are in none of the regions {sorted(values)}; of all there are {regions}"
+            )
+        return found
 
     def length(self, name: str) -> float:
         """Length of an edge group as drawn [m]. Collective.

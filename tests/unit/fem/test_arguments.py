@@ -94,7 +94,7 @@ def test_each_argument_survives_another_film(comm, path):
         for use in (sector_balloon, lambda b: b.remeshed(lobed_cylinder(2, (6, 8), comm=comm))):
             with pytest.raises(InputError, match=r"frame|load_path"):
                 use(bound)
-    known = {*GIVEN, "surface", "frame", "load_path", "pattern", "layers"}
+    known = {*GIVEN, "surface", "frame", "load_path", "pattern", "layers", "extra_energy"}
     assert set(inspect.signature(Balloon).parameters) == known  # a new argument belongs into these tests
 
 
@@ -274,7 +274,7 @@ def test_the_public_names():
         "Isotropic", "Modes", "NaturalShape", "Perturbed", "PlateLoad", "PrescribedPath", "Released",
         "Surface", "TensionField", "Trace", "__version__", "critical_point", "critical_pressure", "cylinder",
         "find_form", "find_modes", "harmonic_pressures", "ideal_state", "inflate", "isotensoid_stiffness",
-        "lobed_cylinder", "perturb", "trace",
+        "lobed_cylinder", "perturb", "pressurise", "trace",
     ]  # fmt: skip
     assert dir(lobefem) == sorted(lobefem.__all__)
     for name in lobefem.__all__:
