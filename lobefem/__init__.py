@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from lobefem.model.fixed_wrinkles import FixedWrinkles
     from lobefem.model.gas_pressure import GasPressure
     from lobefem.model.imp import IMP, PrescribedPath
-    from lobefem.model.supports import Fixed
+    from lobefem.model.supports import Fixed, FreeBody
     from lobefem.model.tension_field import TensionField
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
@@ -50,6 +50,7 @@ _HOME = {
     "FixedWrinkles": "model.fixed_wrinkles",
     "Form": "equilibrium.form_finding",
     "NaturalShape": "geometry.natural_shape",
+    "FreeBody": "model.supports",
     "GasPressure": "model.gas_pressure",
     "HarmonicPressures": "stability.harmonic_buckling",
     "Fixed": "model.supports",

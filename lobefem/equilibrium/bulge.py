@@ -20,10 +20,10 @@ from petsc4py import PETSc
 __all__ = ["bulged"]
 
 
-def bulged(balloon: Balloon) -> Any:
-    """Unknowns of the reference shape blown up by a tenth of the square root of its area. Collective.
+def bulged(balloon: Balloon, times: float = 1.0) -> Any:
+    """Unknowns of the reference shape blown up by a tenth of the square root of its area, or `times` that.
 
-    Every component of the displacement solves Poisson's equation with unit pressure: a soap film's.
+    Every component of the displacement solves Poisson's equation, as a soap film under the gas. Collective.
     """
     constraint, V = balloon.map, balloon.V
     rest = constraint.create_vector()
@@ -43,5 +43,5 @@ def bulged(balloon: Balloon) -> Any:
     ksp.solve(b, q)
     ksp.destroy()
     largest = q.norm(PETSc.NormType.NORM_INFINITY)
-    q.scale(lever(balloon) / largest if largest else 0.0)
+    q.scale(times * lever(balloon) / largest if largest else 0.0)
     return q

@@ -136,7 +136,7 @@ def _inflated(
     guesses: list[Callable[[], Any]] = []
     begin = q
     if start is None and not balloon.surface.of_revolution:
-        guesses = [q.copy, lambda: bulged(balloon)]
+        guesses = [q.copy, lambda: bulged(balloon), lambda: bulged(balloon, 2.0)]
     elif nested and start is None:
         guess = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
         if guess is not None:

@@ -19,6 +19,7 @@ from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
 from lobefem.fem.boundary_conditions import axis_terms, constraint_map, edge_nodes, plate_motion
 from lobefem.fem.contact_potential import Contact
+from lobefem.fem.free_body import require_afloat, six_components
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
@@ -73,6 +74,8 @@ class Balloon(UflAccess, OnMesh, Summarized):
         dx: measure of the film, with its quadrature rule.
         X: positions of V's nodes at rest, ghosts included (nodes, 3) [m].
         axis: where the surface stands, see `lobefem.geometry.surface.Surface`.
+        floating: whether it is a `FreeBody`, of which six components are held without a reaction.
+        adrift: whether these are free here: see `afloat`.
         x, direction: of a point of the film from the axis's origin, and the axis, in UFL.
         map: from the unknowns q to u.
         reference_area, reference_volume: of the surface at rest [m^2, m^3].
@@ -167,7 +170,12 @@ class Balloon(UflAccess, OnMesh, Summarized):
         self.plate_forces = self._plate_forces(sorted_components.plate_load)
         self.free: Balloon | None = None
         tied = axis if surface.copies > 1 else None
-        self.map = constraint_map(self.V, self.X, surface, self.fixed, self.motion, tied=tied)
+        self.floating, self.adrift = sorted_components.free is not None, False
+        loose = np.empty(0, dtype=np.int32)
+        if self.floating:
+            require_afloat(self, sorted_components)
+            loose = six_components(self.V, self.X)
+        self.map = constraint_map(self.V, self.X, surface, self.fixed, self.motion, tied=tied, six=loose)
         self.contact = (
             self._self_contact(sorted_components.contact) if sorted_components.contact is not None else None
         )
@@ -236,6 +244,15 @@ class Balloon(UflAccess, OnMesh, Summarized):
         loose._residual_vector, loose._full_tangent = self._residual_vector, self._full_tangent
         loose.map = constraint_map(self.V, self.X, self.surface, self.fixed, self.motion)
         loose.plate_forces, loose._tangents = copy(self.plate_forces), {}
+        return loose
+
+    def afloat(self) -> Balloon:
+        """This free body with all its nodes free, for its modes. Collective."""
+        loose = copy(self)
+        petsc.watch(loose, self.mesh)
+        loose._residual_vector, loose._full_tangent = self._residual_vector, self._full_tangent
+        loose.map = constraint_map(self.V, self.X, self.surface, (), None)
+        loose._tangents, loose.adrift = {}, True
         return loose
 
     def unknowns_of(self, other: Balloon) -> Any:

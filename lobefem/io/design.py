@@ -2,7 +2,7 @@
 
 Sections [shape], [mesh], [film], [hoops], [plates], [pressure]; every key has the paper's value as
 its default, but without a table [hoops] there are no hoops. A design on a mesh of one's own may also have
-any number of [[fixed]] and [[cables]]. Numbers are SI, or text with a unit
+[supports], and any number of [[fixed]] and [[cables]]. Numbers are SI, or text with a unit
 ("0.05 mm"). Whatever is wrong is said in one sentence: the key, the value, what to try.
 """
 
@@ -28,7 +28,7 @@ from lobefem.io.design_sections import (
     listed,
     nearest,
 )
-from lobefem.io.mesh_sections import CableTable, FixedTable, one_or_more
+from lobefem.io.mesh_sections import CableTable, FixedTable, Supports, one_or_more
 from lobefem.io.toml import read_toml, to_toml
 from lobefem.units import LENGTH, shown
 
@@ -60,6 +60,7 @@ class Design(Section):
     hoops: Hoops = Field(default_factory=lambda: Hoops(enabled=False))
     plates: Plates = Field(default_factory=Plates)
     pressure: Pressure = Field(default_factory=Pressure)
+    supports: Supports = Field(default_factory=Supports)
     fixed: Annotated[tuple[FixedTable, ...], BeforeValidator(one_or_more)] = ()
     cables: Annotated[tuple[CableTable, ...], BeforeValidator(one_or_more)] = ()
 
@@ -278,7 +279,7 @@ class Design(Section):
         from lobefem.model.end_plates import EndPlates
         from lobefem.model.gas_pressure import GasPressure
         from lobefem.model.self_contact import SelfContact
-        from lobefem.model.supports import Fixed
+        from lobefem.model.supports import Fixed, FreeBody
 
         film, plates = self.film, self.plates
         components: list[Any] = [GasPressure(self.pressure.load)]
@@ -288,6 +289,8 @@ class Design(Section):
             components.append(EndPlates(support=plates.support, bar=plates.bar, lift=plates.lift))
         components += mesh_sections.cables_of(self, surface)
         components += [Fixed(part.on, tuple("xyz".index(c) for c in part.components)) for part in self.fixed]
+        if self.supports.free:
+            components.append(FreeBody())
         touching = [SelfContact()] if contact else []
         built_in = bool(film.prestress) if prestressed is None else prestressed
         path = None

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lobefem.io.design import Design
 
 __all__ = [
-    "CableTable", "FixedTable", "cables_of", "complete", "is_step", "one_or_more", "read",
+    "CableTable", "FixedTable", "Supports", "cables_of", "complete", "is_step", "one_or_more", "read",
     "require_none",
 ]  # fmt: skip
 
@@ -72,6 +72,12 @@ class CableTable(Section):
         return self
 
 
+class Supports(Section):
+    """[supports]: `free = true` for a closed body that nothing holds."""
+
+    free: Annotated[bool | None, BeforeValidator(flag)] = None
+
+
 def complete(design: Design, film: Film) -> None:
     """Fill in the defaults of a mesh of one's own: its law, and that it has no divisions.
 
@@ -91,6 +97,7 @@ def complete(design: Design, film: Film) -> None:
     if design.hoops.enabled:
         raise ValueError("hoops are on seams, and kind 'mesh' has none; write [[cables]] on its edges")
     _check_mesh(design)
+    _check_free(design)
     mesh = design.mesh.model_copy()
     if "divisions" not in mesh.model_fields_set:
         fill(mesh, "divisions", None)
@@ -103,6 +110,13 @@ def complete(design: Design, film: Film) -> None:
                     f"plates.{key} = {shown(getattr(plates, key))} is of end plates; name the rims that they "
                     "close, bottom and top, or leave it out"
                 )
+
+
+def _check_free(design: Design) -> None:
+    """Refuse what would hold a body that is to be free."""
+    if design.supports.free and (design.fixed or design.plates.bottom is not None):
+        what = "fixed" if design.fixed else "plates.bottom"
+        raise ValueError(f"{what} holds film that supports.free = true says is free; leave one of them out")
 
 
 def _check_mesh(design: Design) -> None:
@@ -133,6 +147,7 @@ def require_none(design: Design) -> None:
     given: dict[str, Any] = {
         "fixed": design.fixed,
         "cables": design.cables,
+        "supports.free": design.supports.free,
         "plates.bottom": design.plates.bottom,
     }
     for key, value in given.items():

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lobefem.model.imp import IMP, PrescribedPath
     from lobefem.model.kinematics import Frame
     from lobefem.model.self_contact import SelfContact
-    from lobefem.model.supports import Fixed
+    from lobefem.model.supports import Fixed, FreeBody
     from lobefem.model.tension_field import TensionField
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "Fixed",
     "FixedWrinkles",
     "Frame",
+    "FreeBody",
     "GasPressure",
     "Hoops",
     "Isotropic",
@@ -45,6 +46,7 @@ _HOME = {
     "Film": "film",
     "FixedWrinkles": "fixed_wrinkles",
     "Frame": "kinematics",
+    "FreeBody": "supports",
     "GasPressure": "gas_pressure",
     "Fixed": "supports",
     "Hoops": "cables",

@@ -270,7 +270,8 @@ def test_the_public_names():
     """What `lobefem` exports; a change of it is a change for every user."""
     assert sorted(lobefem.__all__) == [
         "Balloon", "Cables", "CriticalPoint", "CriticalPressure", "Design", "EndPlates", "Equilibrium",
-        "Fixed", "FixedWrinkles", "Form", "GasPressure", "HarmonicPressures", "Hoops", "IMP", "Isotensoid",
+        "Fixed", "FixedWrinkles", "Form", "FreeBody", "GasPressure", "HarmonicPressures", "Hoops", "IMP",
+        "Isotensoid",
         "Isotropic", "Modes", "NaturalShape", "Perturbed", "PlateLoad", "PrescribedPath", "Released",
         "Surface", "TensionField", "Trace", "__version__", "critical_point", "critical_pressure", "cylinder",
         "find_form", "find_modes", "harmonic_pressures", "ideal_state", "inflate", "isotensoid_stiffness",

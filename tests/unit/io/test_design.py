@@ -128,8 +128,8 @@ def test_overrides_as_text_from_the_command_line():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates, pressure, fixed or cables "
-         "(did you mean film?)"),
+        ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates, pressure, supports, "
+         "fixed or cables (did you mean film?)"),
         ("[film]\nthicknes = 1", "'film.thicknes' is no key of [film]; use law, E, nu, thickness, "
          "slack_stiffness, prestress, hoop_slack, setup or tangent (did you mean thickness?)"),
         ("film = 3", "film: 3 is not a table; write [film] and its keys below"),

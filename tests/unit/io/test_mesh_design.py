@@ -42,6 +42,7 @@ def test_the_airbeam_survives_being_written():
     again = written_design(design)
     assert again == design
     assert again.to_toml() == design.to_toml()
+    assert "[supports]" not in design.to_toml()
 
 
 def written_design(design):
@@ -92,6 +93,9 @@ def test_defaults_of_a_mesh():
         ({"shape": SHAPE, "plates": {"support": "pinned"}}, "plates.support = 'pinned' is of end plates"),
         ({"plates": {"bottom": "a", "top": "b"}}, "plates.bottom needs a mesh of your own"),
         ({"fixed": [{"on": "rim"}]}, "fixed needs a mesh of your own"),
+        ({"supports": {"free": True}}, "supports.free needs a mesh of your own"),
+        ({"supports": {"free": 1}}, "supports.free: 1 is neither true nor false"),
+        ({"shape": SHAPE, "supports": {"free": True}, "fixed": [{"on": "a"}]}, "fixed holds film that supp"),
         ({"cables": [{"on": "rim", "EA": 1e4}]}, "cables needs a mesh of your own"),
         ({"shape": SHAPE, "fixed": 5}, r"fixed: 5 is not a table; write \[\[fixed\]\]"),
         ({"shape": SHAPE, "fixed": [{"on": "a"}, 5]}, r"fixed\[1\]: 5 is not a table; write \[\[fixed\]\]"),
@@ -235,6 +239,58 @@ def test_the_square_airbag_from_the_command_line(lobefem_json, shared_path):
     assert results["wrinkled_area"] > results["taut_area"]
     assert results["reference_volume"] == pytest.approx(0, abs=1e-12)
     assert np.isfinite(results["volume"])
+
+
+FREE = """
+[shape]
+kind = "mesh"
+file = "airbag.msh"
+[film]
+E = "588 MPa"
+nu = 0.4
+thickness = "0.6 mm"
+slack_stiffness = 1e-4
+[supports]
+free = true
+[pressure]
+value = "5 kPa"
+"""
+
+
+def both_sheets(gmsh, n=8):
+    """The square airbag, turned and shifted: two squares upon each other, joined at their edges."""
+    half = 0.6 / math.sqrt(2)
+    geo = gmsh.model.geo
+    corners = [geo.addPoint(x * half, y * half, 0) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    lines = [geo.addLine(corners[k], corners[(k + 1) % 4]) for k in range(4)]
+    loop = geo.addCurveLoop(lines)
+    for _ in range(2):
+        geo.addPlaneSurface([loop])
+    geo.synchronize()
+    for _, curve in gmsh.model.getEntities(1):
+        gmsh.model.mesh.setTransfiniteCurve(curve, 2 * n + 1)
+    # no diagonal across a corner belongs to both sheets
+    for (_, sheet), way in zip(gmsh.model.getEntities(2), ("Left", "Right"), strict=True):
+        gmsh.model.mesh.setTransfiniteSurface(sheet, way)
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.affineTransform([0.8, 0, 0.6, 1, 0, 1, 0, 2, -0.6, 0, 0.8, 3])
+
+
+@pytest.mark.slow
+def test_the_whole_airbag_that_nothing_holds(lobefem_json, shared_path):
+    """Its energy is eight times that of the quarter of one sheet, its rise the same."""
+    gmsh_file(shared_path / "airbag.msh", both_sheets)
+    file = written(shared_path / "airbag.toml", FREE)
+    whole, code = lobefem_json("inflate", str(file))
+    assert code == 0
+    gmsh_file(shared_path / "airbag.msh", lambda gmsh: quarter(gmsh, 8))
+    part, code = lobefem_json("inflate", str(written(shared_path / "quarter.toml", AIRBAG)))
+    assert code == 0
+    assert whole["strain_energy"] == pytest.approx(8 * part["strain_energy"], rel=0.05)
+    assert whole["max_displacement"] == pytest.approx(part["max_displacement"], rel=0.03)
+    assert whole["volume"] == pytest.approx(0.123, rel=0.03)
+    assert whole["reference_volume"] == pytest.approx(0, abs=1e-12)
+    assert whole["wrinkled_area"] > whole["taut_area"]
 
 
 def test_a_file_that_is_missing_is_said(refused, shared_path):
