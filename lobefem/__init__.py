@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.distortions import Bend, Tip, Twist, Wave
     from lobefem.equilibrium.form_finding import Form, find_form
     from lobefem.equilibrium.inflation import inflate
+    from lobefem.equilibrium.pressurisation import pressurise
     from lobefem.equilibrium.state import Equilibrium, ideal_state
     from lobefem.fem.balloon import Balloon
     from lobefem.geometry.gore import ConstantAngle, ConstantRadius, FlatLobe, Gore, TabulatedWidth
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from lobefem.model.imp import IMP, PrescribedPath
     from lobefem.model.orthotropic import Orthotropic, OrthotropicTensionField
     from lobefem.model.self_contact import SelfContact
-    from lobefem.model.supports import Fixed
+    from lobefem.model.supports import Fixed, FreeBody
     from lobefem.model.tension_field import TensionField
     from lobefem.stability.branch_following import Branch
     from lobefem.stability.continuum import continuum_pressure, unstable_from
@@ -80,6 +81,7 @@ _HOME = {
     "FixedWrinkles": "model.fixed_wrinkles",
     "FlatLobe": "geometry.gore",
     "Form": "equilibrium.form_finding",
+    "FreeBody": "model.supports",
     "GasPressure": "model.gas_pressure",
     "Gore": "geometry.gore",
     "HarmonicPressures": "stability.harmonic_buckling",
@@ -131,6 +133,7 @@ _HOME = {
     "one_sided_modes": "stability.one_sided",
     "one_sided_pressures": "stability.one_sided",
     "perturb": "stability.perturbation",
+    "pressurise": "equilibrium.pressurisation",
     "release": "stability.relaxation",
     "release_start": "equilibrium.displacement_control",
     "save_state": "io.checkpoints",
@@ -159,6 +162,7 @@ __all__ = [
     "FixedWrinkles",
     "FlatLobe",
     "Form",
+    "FreeBody",
     "GasPressure",
     "Gore",
     "HarmonicPressures",
@@ -211,6 +215,7 @@ __all__ = [
     "one_sided_modes",
     "one_sided_pressures",
     "perturb",
+    "pressurise",
     "release",
     "release_start",
     "save_state",

@@ -4,6 +4,7 @@ import inspect
 import math
 
 from lobefem.fem.balloon import Balloon
+from lobefem.geometry.gmsh import fresh_model
 from lobefem.geometry.gore import ConstantAngle, Gore
 from lobefem.geometry.pumpkin import PumpkinRecipe
 from lobefem.geometry.pumpkin_curve import PumpkinCurve
@@ -140,3 +141,41 @@ def isotensoid_pumpkin(
     components = [gas or GasPressure("closed"), Tendons(EA=EA), plates or EndPlates(bar=False), *parts]
     pattern = recipe.pattern(surface) if flat else None
     return Balloon(surface, film, components, pattern=pattern, **given)
+
+
+def gmsh_file(path, draw, comm=MPI.COMM_WORLD):
+    """A file that Gmsh saves of what `draw(gmsh)` makes, on rank 0. Collective.
+
+    Args:
+        path: of the file, .msh or .step.
+        draw: called with the module `gmsh` and a fresh model.
+        comm: ranks that wait for it.
+    """
+    if comm.rank == 0:
+        with fresh_model() as gmsh:
+            draw(gmsh)
+            gmsh.write(str(path))
+    comm.Barrier()
+    return path
+
+
+def tube(gmsh, *, radius=0.2, length=1.0, size=0.1, order=1, recombine=False, groups=True, turn=()):
+    """An open tube about the x axis, with groups skin, left and right."""
+    occ = gmsh.model.occ
+    ring = occ.addWire([occ.addCircle(0, 0, 0, radius, zAxis=[1, 0, 0])])
+    occ.extrude([(1, curve) for _, curve in occ.getEntities(1)], length, 0, 0)
+    occ.remove([(1, ring)])
+    occ.synchronize()
+    faces = [face for _, face in gmsh.model.getEntities(2)]
+    for face in turn:
+        gmsh.model.mesh.setReverse(2, face)
+    if groups:
+        gmsh.model.addPhysicalGroup(2, faces, 7, name="skin")
+        for tag, name, at in ((3, "left", 0.0), (9, "right", length)):
+            ends = gmsh.model.getEntitiesInBoundingBox(at - 1e-3, -1, -1, at + 1e-3, 1, 1, 1)
+            gmsh.model.addPhysicalGroup(1, [curve for _, curve in ends], tag, name=name)
+    gmsh.option.setNumber("Mesh.RecombineAll", int(recombine))
+    gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", int(recombine))
+    gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.setOrder(order)

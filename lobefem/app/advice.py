@@ -47,7 +47,7 @@ def of_design(design: Design) -> list[str]:
             f"{1e3 * film.thickness:g} mm: lengths are in metres, or write '1500 mm'",
         ),
         *_if(
-            film.thickness > _THICK * design.size,
+            0 < _THICK * design.size < film.thickness,
             f"film of {1e3 * film.thickness:g} mm is 1/{design.size / film.thickness:.0f} of the radius of "
             f"{design.size:g} m, thick for a film: lengths are in metres, or write '0.05 mm'",
         ),

@@ -111,7 +111,7 @@ def inflate(
         raise InputError(
             f"inflate takes one pressure, not {_list(pressures)}; give one, e.g. --pressure {pressures[-1]:g}"
         )
-    outcome = Outcome(summary("inflate", design) | dict.fromkeys(_EQUILIBRIUM))
+    outcome = Outcome(summary("inflate", design) | dict.fromkeys((*_EQUILIBRIUM, "reference_volume")))
     outcome.results["warnings"] += advice.of_pressures(design, pressures)
     balloon = design.balloon(design.surface(comm, sector=one_gore))
     state: Equilibrium | None
@@ -124,6 +124,7 @@ def inflate(
         outcome.error, state = error, error.state
     if state is not None:
         outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM}
+        outcome.results["reference_volume"] = balloon.reference_volume
         outcome.snapshots.append(Snapshot(balloon, state.pressure, state))
         if design.is_pumpkin:
             outcome.results |= pumpkin_command.results(design, state)
@@ -279,7 +280,7 @@ def check_state(state: str, design: Design) -> None:
         )
     if state == "ideal" and not design.has_ideal_state:
         raise InputError(
-            "a cylinder has no ideal state, for it carries no pressure as it is drawn; use "
+            f"a {design.shape.kind} has no ideal state, for it carries no pressure as it is drawn; use "
             "lobefem modes --state inflated, or the kind 'isotensoid' or 'formed'"
         )
 
@@ -292,9 +293,9 @@ def summary(command: str, design: Design) -> dict[str, Any]:
         "version": __version__,
         "film": design.film.law,
         "load": design.pressure.load,
-        "support": design.plates.support,
-        "lobes": design.shape.lobes,
-        "radius": design.size,
+        "support": design.plates.support if design.has_plates else None,
+        "lobes": design.shape.lobes if design.shape.kind != "mesh" else None,
+        "radius": design.size or None,
         "thickness": design.film.thickness,
         "divisions": design.mesh.divisions,
         "warnings": advice.of_design(design),

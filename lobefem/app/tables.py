@@ -50,13 +50,13 @@ def _caption(results: dict[str, Any]) -> str:
     lobes = (
         f"{results['gores']} gores"
         if "gores" in results
-        else "1 lobe"
-        if results["lobes"] == 1
-        else f"{results['lobes']} lobes"
+        else {None: "own mesh", 1: "1 lobe"}.get(results["lobes"], f"{results['lobes']} lobes")
     )
     mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
-    size = f"radius {results['radius']:g} m, {1e3 * results['thickness']:g} mm of {results['film']} film"
-    design = f"{size}, {results['load']} load, {results['support']}"
+    said = [] if results["radius"] is None else [f"radius {results['radius']:g} m"]
+    said += [f"{1e3 * results['thickness']:g} mm of {results['film']} film", f"{results['load']} load"]
+    said += [] if results["support"] is None else [results["support"]]
+    design = ", ".join(said)
     return f"{title}\n{lobes}, {design}, {mesh}"
 
 

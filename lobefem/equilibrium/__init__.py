@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.full_model import full_state
     from lobefem.equilibrium.gradient_flow import GradientFlow, Record
     from lobefem.equilibrium.inflation import inflate
+    from lobefem.equilibrium.pressurisation import pressurise
     from lobefem.equilibrium.ramp import Increment
     from lobefem.equilibrium.state import Equilibrium, State, ideal_state, record
 
@@ -42,6 +43,7 @@ _HOME = {
     "full_state": "full_model",
     "ideal_state": "state",
     "inflate": "inflation",
+    "pressurise": "pressurisation",
     "record": "state",
     "release_start": "displacement_control",
     "row_means": "form_finding",
@@ -67,6 +69,7 @@ __all__ = [
     "full_state",
     "ideal_state",
     "inflate",
+    "pressurise",
     "record",
     "release_start",
     "row_means",

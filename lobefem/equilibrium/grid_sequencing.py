@@ -37,15 +37,13 @@ _PER_RANK = 1000  # nodes on a rank below which a coarser mesh does not
 def coarser_balloon(balloon: Balloon) -> Balloon | None:
     """The same balloon with half the divisions both ways; None where that cannot be had or saves nothing.
 
-    Contact, guides, and what is bound to the mesh (a frame, a load path, a pattern or layers) are for one
-    mesh only.
+    Contact, guides, and what is bound to the mesh (a frame of the user's, say) are for one mesh only.
 
     Collective.
     """
     nodes = balloon.V.dofmap.index_map.size_global
-    own = (balloon.given_frame, balloon.load_path, balloon.pattern, balloon.layers)
-    bound = (balloon.contact, balloon.prescribed, *own)
-    if any(part is not None for part in bound) or nodes <= max(_WORTH, _PER_RANK * balloon.comm.size):
+    bound = balloon.bound_to_mesh or balloon.contact is not None or balloon.prescribed is not None
+    if bound or nodes <= max(_WORTH, _PER_RANK * balloon.comm.size):
         return None
     surface = coarser(balloon.surface, balloon.axis)
     return balloon.remeshed(surface) if surface is not None else None

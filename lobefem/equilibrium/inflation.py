@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 
 from lobefem import checks
+from lobefem.equilibrium.bulge import bulged
 from lobefem.equilibrium.grid_sequencing import coarser_balloon, interpolate
 from lobefem.equilibrium.newton import REASONS, Newton
 from lobefem.equilibrium.simpler_balloons import simpler, stretched
 from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
+from lobefem.linalg import petsc
 from lobefem.log import logger
 from lobefem.model.film import require_pressure
 from lobefem.profiling import timed
@@ -48,6 +51,8 @@ def inflate(
     on_step: Callable[[Equilibrium], None] | None = None,
     nested: bool = False,
     keep_tangent: bool = True,
+    petsc_options: Mapping[str, Any] | None = None,
+    raise_on_failure: bool = True,
     progress: Progress | None = None,
 ) -> Equilibrium:
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
@@ -74,13 +79,19 @@ def inflate(
         on_step: called on all ranks with the equilibrium after each pressure step.
         nested: without a start, look first for the equilibrium on meshes half as fine and start from there
             (`lobefem.equilibrium.grid_sequencing`), where that saves time. It leads to the same state, on a
-            fine mesh several times sooner; where it leads nowhere the reference shape is the start.
+            fine mesh several times sooner; where it leads nowhere the reference shape is the start. Film on a
+            surface that runs around no axis starts from its reference shape, then bulged as a soap film.
         keep_tangent: on a large mesh, take further steps with a factorised tangent while they cost less than
             a new one; False for Newton's method as it is in books.
+        petsc_options: of the solver, by their names without the prefix, as {"snes_monitor": None,
+            "ksp_type": "cg"}; what stands in PETSc's own database goes before.
+        raise_on_failure: False to return the last state that was found where there is none at the pressure,
+            with `converged` False and the reason.
         progress: called with a line of text after each solve.
 
     Raises:
-        InputError: a pressure that is no number, or suction on film that carries tension only.
+        InputError: a pressure that is no number, suction on film that carries tension only, or an option
+            that PETSc refuses.
         ConvergenceError: no equilibrium found; its `state` is the last one that was.
 
     Collective.
@@ -100,37 +111,78 @@ def inflate(
             f"the start has {start.balloon.map.size} unknowns and this balloon {balloon.map.size}; start "
             "from a state on the same mesh with the same supports"
         )
+    if petsc_options is not None and not isinstance(petsc_options, Mapping):
+        raise InputError(f"petsc_options is {petsc_options!r}; give values by name, as {{'snes_max_it': 20}}")
+    options = (nested, rtol, max_iterations, min_step, keep_tangent, on_step, progress)
+    try:
+        with petsc.options(PREFIX, petsc_options or {}):
+            return _inflated(balloon, pressure, prestress, start, *options)
+    except ConvergenceError as error:
+        if raise_on_failure:
+            raise
+        reason = error.data.get("reason", str(error))
+        last = error.state
+        if last is None:
+            balloon.set_loads(0.0, 0.0)
+            last = record(balloon, balloon.map.create_vector(), False, reason, 0, ())
+        return replace(last, converged=False, reason=reason)
+
+
+def _inflated(
+    balloon: Balloon,
+    pressure: float,
+    prestress: float,
+    start: Equilibrium | None,
+    nested: bool,
+    rtol: float,
+    max_iterations: int,
+    min_step: float,
+    keep_tangent: bool,
+    on_step: Callable[[Equilibrium], None] | None,
+    progress: Progress | None,
+) -> Equilibrium:
+    """`inflate` with checked arguments."""
     path = balloon.load_path
     if start is None and path is not None and path.balloon.map.size == balloon.map.size:
         start = cast(Equilibrium, path)
     q = start.vector() if start is not None else _drawn_along(balloon)
     _check_start(balloon, q, start)
-    guess = None
-    if nested and start is None:
+    guesses: list[Callable[[], Any]] = []
+    begin = q
+    if start is None and not balloon.surface.of_revolution:
+        guesses = [q.copy, lambda: bulged(balloon), lambda: bulged(balloon, 2.0)]
+    elif nested and start is None:
         guess = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
-    simple = simpler(balloon) if start is None and guess is None else []
+        if guess is not None:
+            begin, guesses = guess, [lambda: guess]
+    simple = simpler(balloon) if start is None and begin is q else []
+    if simple and not guesses:
+        guesses = [q.copy]
     balloon.set_loads(pressure, prestress)
-    begin = q if guess is None else guess
     # film compressed as drawn, and hoop fibres of one gore, are unstable on the way to a stable state
     turned = balloon.map.tied or (start is None and not _rests_as_drawn(balloon))
     solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent, turned=turned)
     try:
-        if guess is not None or simple:
-            guess = q.copy() if guess is None else guess
+        iterations, reason, guess = 0, 0, q
+        for guessed in guesses:
+            guess = guessed()
             reason, count = solver.solve(guess)
+            iterations += count
             _tell(pressure, reason, count, solver.norm, progress)
-            found = _from_simpler(simple, pressure, prestress, progress) if reason <= 0 else None
-            if found is not None:
-                found.copy(guess)
-                balloon.set_loads(pressure, prestress)
-                reason, more = solver.solve(guess)
-                count += more
-                _tell(pressure, reason, more, solver.norm, progress)
             if reason > 0:
-                state = record(balloon, guess, True, REASONS[reason], count, (pressure,))
-                if on_step is not None:
-                    on_step(state)
-                return state
+                break
+        found = _from_simpler(simple, pressure, prestress, progress) if reason <= 0 else None
+        if found is not None:
+            found.copy(guess)
+            balloon.set_loads(pressure, prestress)
+            reason, count = solver.solve(guess)
+            iterations += count
+            _tell(pressure, reason, count, solver.norm, progress)
+        if reason > 0:
+            state = record(balloon, guess, True, REASONS[reason], iterations, (pressure,))
+            if on_step is not None:
+                on_step(state)
+            return state
         spent = 0
         if start is None and not _rests_as_drawn(balloon):
             start = _first(balloon, solver, q, pressure, prestress, progress)

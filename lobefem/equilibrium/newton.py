@@ -402,6 +402,9 @@ class Newton:
         self.snes.solve(None, q)
         self.norm = self.snes.getFunctionNorm()
         reason: Any = self.snes.getConvergedReason()
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            # PETSc keeps a factorisation that failed as such for the solves that follow
+            self.snes.getKSP().getPC().reset()
         return reason, self.snes.getIterationNumber()
 
     def destroy(self) -> None:

@@ -6,7 +6,7 @@ the `film` pressure, and a film law written as a stress, are residuals of their 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cached_property
 from typing import Any
@@ -15,18 +15,21 @@ import numpy as np
 import numpy.typing as npt
 
 from lobefem import checks
-from lobefem.display import Summarized, Summary, number
+from lobefem.display import Summarized, Summary
 from lobefem.errors import InputError
+from lobefem.fem.argument_checks import require_consistent
+from lobefem.fem.balloon_summary import summary
 from lobefem.fem.boundary_conditions import axis_terms, constraint_map, edge_nodes, plate_motion
 from lobefem.fem.constraint_map import ConstraintMap
 from lobefem.fem.contact_potential import Contact
 from lobefem.fem.film_assembly import FilmAssembly
+from lobefem.fem.free_body import require_afloat, six_components
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
-from lobefem.fem.weak_forms import LoadPath, WeakForms, check_load_path
+from lobefem.fem.ufl_access import UflAccess
+from lobefem.fem.weak_forms import LoadPath, WeakForms
 from lobefem.frozen import OnMesh
-from lobefem.geometry.meridian import Lobe
 from lobefem.geometry.surface import Surface
 from lobefem.geometry.surface_checks import examine
 from lobefem.linalg import dolfinx_compat, petsc
@@ -35,7 +38,7 @@ from lobefem.model.components import Components, row
 from lobefem.model.end_plates import PlateLoad
 from lobefem.model.film import Film, require_film
 from lobefem.model.gas_pressure import film_volume
-from lobefem.model.kinematics import Frame, revolved_frame
+from lobefem.model.kinematics import Frame, cell_frame, revolved_frame
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
 from lobefem.typing import Array, Expr, Mass, Vec
@@ -48,7 +51,7 @@ from mpi4py import MPI
 __all__ = ["Balloon"]
 
 
-class Balloon(OnMesh, Summarized):
+class Balloon(UflAccess, OnMesh, Summarized):
     """A film surface with its load, cables, plates and supports.
 
     Args:
@@ -67,11 +70,16 @@ class Balloon(OnMesh, Summarized):
         pattern: flat coordinates (two components) in which the film is free of stress, as a function of
             the mesh (`lobefem.model.cutting_pattern`) [m]; by default the film is so as it was drawn.
         layers: number of layers of film, as a function of the mesh; by default one everywhere.
+        extra_energy: a further energy [J], from the balloon to a UFL form in its `u` and measures: an elastic
+            foundation, a spring, another load.
 
     Attributes:
         V, u: space and function of the displacement [m].
+        dx: measure of the film, with its quadrature rule.
         X: positions of V's nodes at rest, ghosts included (nodes, 3) [m].
         axis: where the surface stands, see `lobefem.geometry.surface.Surface`.
+        floating: whether it is a `FreeBody`, of which six components are held without a reaction.
+        adrift: whether these are free here: see `afloat`.
         x, direction: of a point of the film from the axis's origin, and the axis, in UFL.
         map: from the unknowns q to u.
         w: displacements [m] and rotations of the two plates as this balloon set them last (12,).
@@ -98,6 +106,7 @@ class Balloon(OnMesh, Summarized):
         quadrature_degree: int | None = None,
         pattern: Expr | None = None,
         layers: Expr | None = None,
+        extra_energy: Callable[[Balloon], Any] | None = None,
     ) -> None:
         checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
         require_film(film)
@@ -108,32 +117,15 @@ class Balloon(OnMesh, Summarized):
         self.surface, self.film, self.prestressed = surface, film, prestressed
         self.components, self.hoop_slack, self.quadrature_degree = components, hoop_slack, quadrature_degree
         self.given_frame, self.load_path = frame, load_path
-        self.pattern, self.layers = pattern, layers
+        self.pattern, self.layers, self.extra_energy = pattern, layers, extra_energy
         self.cables, self.fixed = sorted_components.cables, sorted_components.fixed
         self.load, self.plates, self.weight = (
             sorted_components.load,
             sorted_components.plates,
             sorted_components.weight,
         )
-        if not 0 <= checks.finite("hoop_slack", hoop_slack, "") < 1:
-            raise InputError(f"hoop_slack = {hoop_slack} must be a strain in [0, 1), such as 1e-3")
-        if hoop_slack and not prestressed and load_path is None:
-            raise InputError(
-                f"hoop_slack = {hoop_slack} is part of a built-in stress and there is none; pass "
-                "prestressed=True or a load_path, or leave it out"
-            )
-        if prestressed and not isinstance(surface.shape, Lobe):
-            raise InputError("prestress needs an isotensoid or a formed lobe; this surface is another shape")
-        if load_path is not None:
-            if prestressed:
-                raise InputError("the film gets its stress from the load path or by prestress, not from both")
-            check_load_path(load_path, surface, film)
+        require_consistent(self)
         axis = examine(surface, self.plates is not None)
-        if film.leads_to_stress and (prestressed or load_path is not None):
-            raise InputError(
-                f"{type(film).__name__} film finds its stress from unstressed film; leave prestressed and "
-                "load_path out, or give the law that takes over, such as TensionField"
-            )
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
         # degree of geometry and displacement, from the nodes of a cell
@@ -148,12 +140,22 @@ class Balloon(OnMesh, Summarized):
         self.axis = axis
         self.direction, origin = axis_terms(self.mesh, axis)
         self.x = ufl.SpatialCoordinate(self.mesh) - origin
-        self.frame = frame if frame is not None else revolved_frame(self.mesh, self.direction, origin)
+        if frame is not None:
+            self.frame = frame
+        elif surface.of_revolution:
+            self.frame = revolved_frame(self.mesh, self.direction, origin)
+        else:
+            self.frame = cell_frame(self.mesh)
         self.motion = plate_motion(surface, self.plates, axis) if self.plates is not None else None
         self.plate_forces = self._plate_forces(sorted_components.plate_load)
         self.free: Balloon | None = None
         tied = axis if surface.copies > 1 else None
-        self.map = constraint_map(self.V, self.X, surface, self.fixed, self.motion, tied=tied)
+        self.floating, self.adrift = sorted_components.free is not None, False
+        loose = np.empty(0, dtype=np.int32)
+        if self.floating:
+            require_afloat(self, sorted_components)
+            loose = six_components(self.V, self.X)
+        self.map = constraint_map(self.V, self.X, surface, self.fixed, self.motion, tied=tied, six=loose)
         self.w, _, _ = self.map.plate_parameters(np.zeros(self.map.num_parameters))
         self.contact = (
             self._self_contact(sorted_components.contact) if sorted_components.contact is not None else None
@@ -170,14 +172,20 @@ class Balloon(OnMesh, Summarized):
         """The same film and parts on another surface. Collective.
 
         Raises:
-            InputError: a frame, a load path, a pattern or layers that belong to this balloon's own surface.
+            InputError: a frame, a load path, a pattern, layers or film parameters of its own surface.
         """
-        bound = (self.given_frame, self.load_path, self.pattern, self.layers)
-        if any(given is not None for given in bound):
+        if self.bound_to_mesh:
             raise InputError(
-                "a film with a frame, a load path, a pattern or layers of its own stays on its surface"
+                "film with a frame, a load path, a pattern, layers or functions of its own stays on its "
+                "surface"
             )
         return self.with_changes(surface=surface)
+
+    @property
+    def bound_to_mesh(self) -> bool:
+        """True if some argument is a function on the mesh of this balloon's own surface."""
+        bound = (self.given_frame, self.load_path, self.pattern, self.layers)
+        return bool(self.film.varying) or any(given is not None for given in bound)
 
     def with_changes(self, **changes: Any) -> Balloon:
         """The balloon of the same arguments but for those given, by their names. Collective."""
@@ -192,6 +200,7 @@ class Balloon(OnMesh, Summarized):
             "quadrature_degree": self.quadrature_degree,
             "pattern": self.pattern,
             "layers": self.layers,
+            "extra_energy": self.extra_energy,
         }
         return Balloon(**arguments | changes)
 
@@ -218,29 +227,18 @@ class Balloon(OnMesh, Summarized):
         other.map, other.plate_forces, other._tangents = constraints, copy(self.plate_forces), {}
         return other
 
+    def afloat(self) -> Balloon:
+        """This free body with all its nodes free, for its modes. Collective."""
+        loose = self._under(constraint_map(self.V, self.X, self.surface, (), None))
+        loose.adrift = True
+        return loose
+
     def unknowns_of(self, other: Balloon) -> Any:
         """The q with the displacement in which `other`, the same film with another map, is. Collective."""
         return self.map.unknowns(other.u, other.w)
 
     def _summary(self) -> Summary:
-        film, plates, surface = self.film, self.plates, self.surface
-        lobes = f"{surface.num_lobes} lobe{'s' if surface.num_lobes > 1 else ''}"
-        mesh = "unstructured mesh" if surface.divisions is None else "{} x {}".format(*surface.divisions)
-        bar: Any = plates.bar if plates is not None else False
-        stiffness = number(bar, "N") if not isinstance(bar, bool) else "rigid" if bar else "none"
-        rows = [
-            (
-                "film",
-                f"{type(film).__name__}, {1e3 * film.thickness:g} mm, E = {film.E:g} Pa, nu = {film.nu:g}",
-            ),
-            ("gas", f"{self.load.convention} load"),
-            ("plates", "none" if plates is None else f"{plates.support}, bar {stiffness}"),
-            *(("cables", f"{', '.join(cable.on)}, EA = {cable.EA:g} N") for cable in self.cables),
-            ("built-in stress", "the lobe's own" if self.prestressed else "none"),
-        ]
-        if self.contact is not None:
-            rows.append(("contact", "film and plates"))
-        return Summary(f"{lobes}, {mesh}", tuple(rows))
+        return summary(self)
 
     @cached_property
     def gas_level(self) -> float:

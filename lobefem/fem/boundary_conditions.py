@@ -91,6 +91,7 @@ def constraint_map(
     motion: PlateMotion | None,
     prescribed: PrescribedMotion | None = None,
     tied: Axis | None = None,
+    six: npt.NDArray[np.int32] | None = None,
 ) -> ConstraintMap:
     """The map from the unknowns q to nodal displacements under all that holds the film.
 
@@ -101,13 +102,15 @@ def constraint_map(
         held: parts whose displacement is given.
         motion: of the plates.
         prescribed: what leads the balloon in the plates' place.
+        six: further components at zero, those of a free body.
         tied: the axis about which one sector's cuts are tied, so that it deforms as all others do.
 
     Collective.
     """
     rims = ("rim_bottom", "rim_top") if motion else ()
     rings = (*rims, *(prescribed.seams if prescribed else ()))
-    dofs, values = [np.empty(0, dtype=np.int32)], [np.empty(0)]
+    first_of_all = np.empty(0, dtype=np.int32) if six is None else six
+    dofs, values = [first_of_all], [np.zeros(len(first_of_all))]
     for part in held:
         if callable(part.on):
             nodes = fem.locate_dofs_geometrical(V, part.on)

@@ -76,6 +76,9 @@ class WeakForms:
         mesh, u, number = self.mesh, self.u, self.number
         surface = balloon.surface
         film: Any = balloon.film  # of which laws written as a stress have more than others
+        for value in film.varying:
+            if any(domain != mesh.ufl_domain() for domain in ufl.domain.extract_domains(value)):
+                raise InputError("film E or thickness is a function on another mesh; make it on surface.mesh")
         self._film = film
         X, axis = balloon.x, balloon.direction
         simplex = mesh.topology.cell_name() == "triangle"
@@ -92,6 +95,7 @@ class WeakForms:
         # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
         # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
         dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
+        balloon.dx = dx  # with which an extra energy, asked for below, integrates
         pattern = Drawn() if balloon.pattern is None else Pattern(balloon.pattern, self.frame)
         area = pattern.area if balloon.layers is None else balloon.layers * pattern.area
         strain = pattern.strain(green_lagrange(u, self.frame))
@@ -131,6 +135,8 @@ class WeakForms:
                 length = laid if term.rest is None else laid * ufl.sqrt(1 - 2 * term.rest)
                 raised = up(term.side) if term.side else up
                 self._weight.append(number(weight.cables) * length * raised * term.measure)
+        if balloon.extra_energy is not None:
+            self._weight.append(_extra(balloon, balloon.extra_energy))
         self._volume = film_volume_change(u, X, self.frame) * dx
         if self.has_energy:
             self._elastic = sum(cables, area * film.energy(strain, number) * dx)
@@ -146,6 +152,9 @@ class WeakForms:
                 balloon.pressure + rise * (ufl.dot(X + u, axis) - level) if gas.gradient else balloon.pressure
             )
             load = -local * pressure_work(u, v, self.frame) * dx
+        self._potential = None
+        if gas.convention == "closed":
+            self._potential = -(potential if self._moment is None else potential + self._moment)
         # the energies whose derivative is taken; the work of the rest is written as it is
         energies = [*(cables if film.by_stress else [self._elastic]), *self._weight]
         residual = ufl.derivative(sum(energies[1:], energies[0]), u, v) if energies else 0
@@ -165,9 +174,33 @@ class WeakForms:
             residual += area * ufl.inner(S, virtual) * dx
         self._residual, self._tangent = residual, ufl.derivative(residual, u, du)
 
-    def number(self, value: float) -> Any:
-        """A UFL constant."""
-        return fem.Constant(self.mesh, float(value))
+    def number(self, value: Any) -> Any:
+        """A UFL constant; what is in UFL already stays."""
+        return value if isinstance(value, ufl.core.expr.Expr) else fem.Constant(self.mesh, float(value))
+
+    @property
+    def energy_ufl(self) -> Any:
+        """The film's potential energy in UFL, see `Balloon.energy_ufl`."""
+        if not self.has_energy:
+            raise InputError(
+                f"{type(self._film).__name__} film has no energy; use residual_ufl, or TensionField film"
+            )
+        if self._potential is None:
+            raise InputError(
+                "the film load has no potential; use residual_ufl, or GasPressure('closed'), the same where "
+                "nothing but film encloses the gas"
+            )
+        return sum(self._weight, self._elastic + self._potential)
+
+    @property
+    def residual_ufl(self) -> Any:
+        """The nodal residual in UFL."""
+        return self._residual
+
+    @property
+    def tangent_ufl(self) -> Any:
+        """Its derivative in UFL."""
+        return self._tangent
 
     @cached_property
     def elastic(self) -> Any:
@@ -224,7 +257,7 @@ class WeakForms:
 
     @cached_property
     def raised(self) -> Any:
-        """Potential of the dead weight [J], None without one."""
+        """Potential of the dead weight, and the further energy of the user [J]; None without either."""
         return dolfinx_compat.form(sum(self._weight[1:], self._weight[0])) if self._weight else None
 
     @cached_property
@@ -271,6 +304,17 @@ class WeakForms:
         return dolfinx_compat.form(strain * self.dx), dolfinx_compat.form(
             ufl.inner(gradient, gradient) * self.dx
         )
+
+
+def _extra(balloon: Balloon, energy: Callable[[Balloon], Any]) -> Any:
+    """The balloon's own further energy, checked."""
+    form = energy(balloon)
+    if not isinstance(form, ufl.Form) or form.arguments():
+        raise InputError(
+            f"extra_energy returns {type(form).__name__}; return an energy in UFL that is integrated, as "
+            "k / 2 * ufl.inner(balloon.u, balloon.u) * balloon.dx"
+        )
+    return form
 
 
 def _even(f: Callable[[Expr], Expr], d: Expr) -> Any:

@@ -24,7 +24,7 @@ import numpy.typing as npt
 from lobefem.errors import MissingDependencyError, SolveError
 from lobefem.frozen import Frozen
 
-__all__ = ["Meridian", "RawMesh", "structured", "unstructured"]
+__all__ = ["Meridian", "RawMesh", "fresh_model", "structured", "unstructured"]
 
 _POINTS = 65  # interpolated by each lobe's spline, whose error is then below 1e-8 of R0
 
@@ -104,7 +104,7 @@ def structured(shape: Meridian, lobes: int, divisions: tuple[int, int]) -> RawMe
     along, around = divisions
     sectors = min(4, around)
     first = [around * k // sectors for k in range(sectors + 1)]
-    with _model() as gmsh:
+    with fresh_model() as gmsh:
         occ = gmsh.model.occ
         curves = _meridians(gmsh, shape, lobes)
         meridians, faces = set(curves), []
@@ -131,7 +131,7 @@ def structured(shape: Meridian, lobes: int, divisions: tuple[int, int]) -> RawMe
 
 def unstructured(shape: Meridian, lobes: int, size: float, corners: int) -> RawMesh:
     """Triangles (`corners` 3) or quadrilaterals (4) of edge length about `size` [m]."""
-    with _model() as gmsh:
+    with fresh_model() as gmsh:
         curves = _meridians(gmsh, shape, lobes)
         out = gmsh.model.occ.revolve([(1, c) for c in curves], *_AXIS, 2.0 * math.pi)
         faces = [[tag] for dim, tag in out if dim == 2]
@@ -152,7 +152,7 @@ def unstructured(shape: Meridian, lobes: int, size: float, corners: int) -> RawM
 
 
 @contextmanager
-def _model() -> Iterator[Any]:
+def fresh_model() -> Iterator[Any]:
     """A fresh Gmsh model; leaves a session that the caller had open as it was."""
     try:
         import gmsh

@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from lobefem import checks
 from lobefem.display import Summarized, Summary, number
+from lobefem.errors import InputError
 from lobefem.frozen import Frozen, OnMesh
 from lobefem.geometry import gather, surface_checks
 from lobefem.geometry.axis import Axis
 from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.meridian import Lobe
+from lobefem.linalg import dolfinx_compat
 from lobefem.typing import Array, Indices
 
 from dolfinx.mesh import Mesh, MeshTags
@@ -37,7 +40,8 @@ class Surface(Frozen, OnMesh, Summarized):
         edges: facet tags: seams and rims.
         groups: (dimension, value) by name: lobe_1, ..., seam_1, ..., rim_bottom, rim_top.
         axis: direction of the axis from the bottom to the top rim, shape (3,), of any length: kept as a unit
-            vector. None for that between the rims' centres.
+            vector. None for that between the rims' centres, or of film that runs around none the longest
+            principal axis of a long body and the shortest one of a flat body.
         cyclic_order: number of identical sectors around the axis, None for an unstructured mesh.
         divisions: cells (along one lobe's meridian, around the axis), None for unstructured.
         shape: the exact shape of each lobe, None where there is none.
@@ -47,6 +51,9 @@ class Surface(Frozen, OnMesh, Summarized):
         origin: a point on the axis, shape (3,) [m]. None for the centre of the bottom rim, or, without
             one, the origin.
         recipe: from which the mesh was made, for another one of the same shape; None of a mesh of one's own.
+        regions: cell tags of a mesh of one's own, which the groups of dimension 2 name; None for the lobes.
+        of_revolution: False for film that runs around no axis: strains and stresses then count along each
+            cell's own first side, so only laws without a direction of their own fit.
 
     Raises:
         InputError: fields of the wrong kind, or that do not go together.
@@ -65,6 +72,121 @@ class Surface(Frozen, OnMesh, Summarized):
     grading: float = 0.0
     origin: Array | None = None
     recipe: Any = None
+    regions: MeshTags | None = None
+    of_revolution: bool = True
+
+    @classmethod
+    def from_mesh(
+        cls,
+        mesh: Mesh,
+        facet_tags: MeshTags | None = None,
+        names: Mapping[str, tuple[int, int]] | None = None,
+        cell_tags: MeshTags | None = None,
+        *,
+        plates: tuple[str, str] | None = None,
+        axis: Any = None,
+        origin: Any = None,
+    ) -> Surface:
+        """A film on a mesh of DOLFINx's.
+
+        Args:
+            mesh: triangles or quadrilaterals in space, ghosted over facets.
+            facet_tags: of the edges that carry a name.
+            names: (dimension, tag) by name, as the `physical_groups` of dolfinx.io.gmsh.
+            cell_tags: of the regions that carry a name.
+            plates: names of the bottom and of the top rim that end plates close.
+            axis: direction of the axis, of a surface of revolution about one (3,).
+            origin: a point on it (3,) [m].
+
+        Raises:
+            InputError: another kind of mesh, or names that do not go with it.
+        """
+        from lobefem.geometry.read import groups_of
+
+        groups = groups_of(names, plates)
+        return cls._own(axis, origin, mesh=mesh, regions=cell_tags, edges=facet_tags, groups=groups)
+
+    @classmethod
+    def from_msh(
+        cls,
+        path: Any,
+        comm: Any = None,
+        *,
+        plates: tuple[str, str] | None = None,
+        axis: Any = None,
+        origin: Any = None,
+    ) -> Surface:
+        """A film on a surface mesh that Gmsh has saved, its physical groups by their names. Collective.
+
+        Cells are turned to one sense: outwards where the film, with the rims that plates close, encloses a
+        volume. Rank 0 reads the file.
+
+        Args:
+            path: of a file that Gmsh reads, such as beam.msh.
+            comm: MPI communicator (default: all ranks).
+            plates: names of the bottom and of the top rim that end plates close.
+            axis: direction of the axis, of a surface of revolution about one (3,).
+            origin: a point on it (3,) [m].
+
+        Raises:
+            InputError: a file that Gmsh cannot read, or that holds something else than one surface mesh.
+        """
+        from lobefem.geometry.read import read_msh
+
+        return cls._own(axis, origin, **read_msh(path, _communicator(comm), plates))
+
+    @classmethod
+    def from_step(
+        cls,
+        path: Any,
+        size: float,
+        comm: Any = None,
+        *,
+        order: int = 1,
+        plates: tuple[str, str] | None = None,
+        axis: Any = None,
+        origin: Any = None,
+    ) -> Surface:
+        """A film on the faces of a STEP file, meshed by Gmsh in triangles. Collective.
+
+        Edges and faces are called as in the file, or curve_5 and surface_2 by Gmsh's numbers.
+
+        Args:
+            path: of the file.
+            size: edge length of the triangles [m].
+            comm: MPI communicator (default: all ranks).
+            order: degree of the cells, 1 or 2.
+            plates: names of the bottom and of the top rim that end plates close.
+            axis: direction of the axis, of a surface of revolution about one (3,).
+            origin: a point on it (3,) [m].
+
+        Raises:
+            InputError: a file that Gmsh cannot read, or a size or order that is impossible.
+        """
+        from lobefem.geometry.read import read_step
+
+        return cls._own(axis, origin, **read_step(path, size, _communicator(comm), plates, order))
+
+    @classmethod
+    def _own(cls, axis: Any, origin: Any, **fields: Any) -> Surface:
+        """A surface of someone else's mesh, of revolution if it has an axis or rims about one."""
+        closed = "rim_bottom" in fields["groups"]
+        revolved = closed or axis is not None
+        return cls(axis=axis, origin=origin, of_revolution=revolved, **fields)
+
+    def tags(self, name: str) -> tuple[MeshTags, int]:
+        """The mesh tags in which a group is, and its value in them.
+
+        Raises:
+            InputError: a name that the surface does not have.
+        """
+        if name not in self.groups:
+            raise InputError(f"no group '{name}' on this surface; it has {sorted(self.groups)}")
+        dimension, value = self.groups[name]
+        tags = self.edges if dimension == 1 else self.lobes if self.regions is None else self.regions
+        if tags is None:
+            raise InputError(f"group '{name}' needs the cell tags that it names; give regions")
+        return tags, value
 
     def __post_init__(self) -> None:
         for name, value in surface_checks.checked_fields(self).items():
@@ -80,6 +202,52 @@ class Surface(Frozen, OnMesh, Summarized):
         """Facets of an edge group that this rank has, ghosts included (facets,)."""
         assert self.edges is not None  # which an edge group needs
         return np.asarray(self.edges.find(self.groups[group][1]))
+
+    def by_region(self, values: Mapping[str, float]) -> Any:
+        """A function that is constant on each named region, as a film's modulus or thickness. Collective.
+
+        Args:
+            values: by the name of a cell group; together they cover the surface.
+
+        Raises:
+            InputError: a name that no region has, or cells without a value.
+        """
+        from dolfinx import fem
+
+        found = fem.Function(fem.functionspace(self.mesh, ("DG", 0)))
+        found.x.array[:] = np.nan
+        regions = sorted(group for group, (dimension, _) in self.groups.items() if dimension == 2)
+        for name, value in values.items():
+            if name not in regions:
+                raise InputError(f"no region '{name}' on this surface; it has {regions}")
+            tags, tag = self.tags(name)
+            found.x.array[tags.find(tag)] = checks.finite(f"the value of region '{name}'", value, "")
+        missing = self.mesh.comm.allreduce(int(np.isnan(found.x.array).sum()))
+        if missing:
+            raise InputError(
+                f"some cells are in none of the regions {sorted(values)}; of all there are {regions}"
+            )
+        return found
+
+    def length(self, name: str) -> float:
+        """Length of an edge group as drawn [m]. Collective.
+
+        Raises:
+            InputError: a name that no edge of the surface has.
+        """
+        edges = sorted(group for group, (dimension, _) in self.groups.items() if dimension == 1)
+        if name not in edges:
+            raise InputError(f"no edge group '{name}' on this surface; it has {edges}")
+        tags, value = self.tags(name)
+        facets = tags.find(value)
+        facets = facets[facets < self.mesh.topology.index_map(1).size_local]
+        x = self.mesh.geometry.x[dolfinx_compat.entity_nodes(self.mesh, 1, facets)]
+        a, b = x[:, 0], x[:, 1]
+        middle = x[:, 2] if x.shape[1] > 2 else (a + b) / 2
+        places, weights = np.polynomial.legendre.leggauss(4)  # on (-1, 1)
+        rates = [a * (t - 0.5) + b * (t + 0.5) - 2 * t * middle for t in places]
+        own = sum(w * np.linalg.norm(rate, axis=1).sum() for w, rate in zip(weights, rates, strict=True))
+        return float(self.mesh.comm.allreduce(float(own)))
 
     def to_pyvista(self) -> Any:
         """The film as a PyVista grid on rank 0, None elsewhere; cell data "lobe" (1, 2, ...). Collective.
@@ -100,7 +268,7 @@ class Surface(Frozen, OnMesh, Summarized):
 
     def _summary(self) -> Summary:
         shape, topology = self.shape, self.mesh.topology
-        what = "cylinder" if isinstance(shape, Cylinder) else "lobe"
+        what = "cylinder" if isinstance(shape, Cylinder) else "lobe" if self.of_revolution else "film"
         mesh = "unstructured" if self.divisions is None else " x ".join(map(str, self.divisions))
         cells = f"{topology.index_map(2).size_global} {topology.cell_name()}s"
         part = f", one of {self.copies} sectors" if self.copies > 1 else ""
@@ -116,6 +284,14 @@ class Surface(Frozen, OnMesh, Summarized):
                 ("volume as designed", number(self.num_lobes * shape.volume, "m^3")),
             ]
         return Summary(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", tuple(rows))
+
+
+def _communicator(comm: Any) -> Any:
+    if comm is not None:
+        return comm
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD
 
 
 def _moved(surface: Surface, axis: Axis | None) -> Surface:

@@ -25,6 +25,7 @@ from lobefem.linalg import dolfinx_compat
 from lobefem.typing import Array, Mesh
 
 from dolfinx.mesh import exterior_facet_indices
+from mpi4py import MPI
 
 if TYPE_CHECKING:
     from lobefem.geometry.surface import Surface
@@ -62,6 +63,8 @@ def checked_fields(surface: Surface) -> dict[str, Any]:
     """
     mesh = surface.mesh
     kept: dict[str, Any] = {"groups": MappingProxyType(dict(surface.groups))}
+    if dolfinx_compat.mixes_cells(mesh):
+        raise InputError("the mesh mixes cells of several kinds; give triangles or quadrilaterals alone")
     nodes = dolfinx_compat.geometry_dofmap(mesh).shape[1]
     if mesh.topology.dim != 2 or mesh.geometry.dim != 3 or nodes not in CORNERS:
         raise InputError(
@@ -222,6 +225,10 @@ def _axis(surface: Surface, rims: dict[str, _Rim]) -> Axis:
             )
     elif whole:
         direction = unit(rounded(along / length, 1.0))
+    elif not surface.of_revolution:
+        middle, direction = _principal(surface.mesh)
+        origin = middle if surface.origin is None else surface.origin
+        return Axis(direction, origin, _first(surface, rims, direction, origin))
     else:
         raise InputError("the axis of a surface without two rims is not known; give axis=(0, 0, 1), say")
     origin = np.zeros(3)
@@ -240,6 +247,23 @@ def _axis(surface: Surface, rims: dict[str, _Rim]) -> Axis:
     elif surface.copies == 1 and centres:
         origin = centres[0]
     return Axis(direction, origin, _first(surface, rims, direction, origin))
+
+
+def _principal(mesh: Mesh) -> tuple[Array, Array]:
+    """Centre of the nodes and their principal axis, long or short beside two that are alike. Collective."""
+    x = mesh.geometry.x[: mesh.geometry.index_map().size_local]
+    sums = mesh.comm.allreduce(np.append(x.sum(axis=0), len(x)))
+    middle = sums[:3] / sums[3]
+    arms = x - middle
+    size = mesh.comm.allreduce(float(np.abs(arms).max(initial=0.0)), op=MPI.MAX)
+    moments, axes = np.linalg.eigh(mesh.comm.allreduce(arms.T @ arms))
+    long = moments[2] - moments[1] > moments[1] - moments[0]
+    direction = axes[:, 2 if long else 0]
+    direction = direction * np.sign(direction[np.abs(direction).argmax()])
+    # to fewer digits than the order of sums moves
+    return np.round(middle, 10 - math.ceil(math.log10(size or 1.0))) + 0.0, unit(
+        np.round(direction, 10) + 0.0
+    )
 
 
 def _first(surface: Surface, rims: dict[str, _Rim], direction: Array, origin: Array) -> Array:
@@ -291,7 +315,9 @@ def _volume_within(surface: Surface) -> float:
     fans = (np.cross(corners[:, k], corners[:, k + 1]) for k in range(1, corners.shape[1] - 1))
     volume = sum(float(np.einsum("ni,ni->", a, fan)) for fan in fans) / 6
     total = comm.allreduce(np.array([free, volume]))
-    return 0.0 if total[0] else float(total[1])
+    size = comm.allreduce(float(np.abs(corners).max(initial=0.0)), op=MPI.MAX)
+    # two sheets upon each other, which gas is to part, enclose round-off
+    return 0.0 if total[0] or abs(total[1]) <= 1e-9 * size**3 else float(total[1])
 
 
 def _check_shape(surface: Surface, axis: Axis, rims: dict[str, _Rim]) -> None:

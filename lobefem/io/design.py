@@ -2,6 +2,7 @@
 
 Sections [shape], [mesh], [film], [hoops], [plates], [pressure], and of pumpkins [tendons] and [fittings].
 Every key of a stack has the paper's value as its default, but without a table [hoops] there are no hoops.
+A design on a mesh of one's own may have [supports], and any number of [[fixed]] and [[cables]].
 Numbers are SI, or text with a unit ("0.05 mm"). Whatever is wrong is said in one sentence: the key, the
 value, what to try.
 """
@@ -11,12 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from lobefem.errors import InputError
-from lobefem.io import pumpkin_design
+from lobefem.io import mesh_sections, pumpkin_design
 from lobefem.io.design_sections import (
     Cap,
     Film,
@@ -30,6 +31,7 @@ from lobefem.io.design_sections import (
     Tendons,
 )
 from lobefem.io.design_values import fill, listed, nearest
+from lobefem.io.mesh_sections import CableTable, FixedTable, Supports, one_or_more
 from lobefem.io.toml import read_toml, to_toml
 from lobefem.units import LENGTH, shown
 
@@ -42,6 +44,11 @@ if TYPE_CHECKING:
     from lobefem.typing import Convention, Support
 
 __all__ = ["Design"]
+
+_MISSING = {
+    "on": 'give the name of an edge group of the mesh, e.g. "rim"',
+    "EA": 'give the stiffness of the cable in newtons, e.g. "20 kN"',
+}
 
 _SLACK = {
     "isotropic": 0.0,
@@ -68,6 +75,9 @@ class Design(Section):
     pressure: Pressure = Field(default_factory=Pressure)
     tendons: Tendons = Field(default_factory=Tendons)
     fittings: Fittings = Field(default_factory=Fittings)
+    supports: Supports = Field(default_factory=Supports)
+    fixed: Annotated[tuple[FixedTable, ...], BeforeValidator(one_or_more)] = ()
+    cables: Annotated[tuple[CableTable, ...], BeforeValidator(one_or_more)] = ()
 
     @model_validator(mode="after")
     def _complete(self) -> Design:
@@ -78,7 +88,11 @@ class Design(Section):
             pumpkin_design.refuse(self)
         film = self.film.model_copy()  # it may be part of another design
         size = self.size
-        if film.thickness > 0.01 * size:
+        if self.shape.kind == "mesh":
+            mesh_sections.complete(self, film)
+        else:
+            mesh_sections.require_none(self)
+        if 0 < 0.01 * size < film.thickness:
             raise ValueError(
                 f"film.thickness = {film.thickness} m is no thin film on a radius of {size} m "
                 f"(shape); {LENGTH.advice}"
@@ -151,6 +165,9 @@ class Design(Section):
             tables, fault = comm.bcast((tables, fault), root=0)
         if tables is None:
             raise InputError(fault)
+        shape = tables.get("shape")
+        if isinstance(shape, dict) and isinstance(shape.get("file"), str) and shape["file"]:
+            shape["file"] = str(Path(path).parent.absolute() / shape["file"])
         return cls.parse(tables, str(path))
 
     def with_overrides(self, changes: Mapping[str, Any], names: Mapping[str, str] | None = None) -> Design:
@@ -195,7 +212,7 @@ class Design(Section):
     @property
     def has_ideal_state(self) -> bool:
         """True if the shape carries the pressure without hoop stress: an isotensoid or a formed lobe."""
-        return self.shape.kind not in ("cylinder", "pumpkin")
+        return self.shape.kind not in ("cylinder", "pumpkin", "mesh")
 
     @property
     def is_pumpkin(self) -> bool:
@@ -226,6 +243,11 @@ class Design(Section):
         """
         return pumpkin_design.gore(self)
 
+    @property
+    def has_plates(self) -> bool:
+        """True if end plates close the rims: always, but on a mesh whose rims the design does not name."""
+        return self.shape.kind != "mesh" or self.plates.bottom is not None
+
     def surface(self, comm: Any = None, *, sector: bool = False) -> Surface:
         """The meshed film; for a formed lobe after its form was found. Collective.
 
@@ -251,6 +273,12 @@ class Design(Section):
         shape, mesh = self.shape, self.mesh
         if self.is_pumpkin:
             return pumpkin_design.surface(self, comm, sector)
+        if shape.kind == "mesh":
+            if sector:
+                raise InputError(
+                    "no sector of a mesh of one's own stands for all; look at lobefem modes --state inflated"
+                )
+            return mesh_sections.read(self, MPI.COMM_WORLD if comm is None else comm)
         how: dict[str, Any] = {
             "divisions": mesh.divisions or (24, 32),
             "cell": mesh.cell,
@@ -303,6 +331,7 @@ class Design(Section):
         from lobefem.model.end_plates import EndPlates
         from lobefem.model.gas_pressure import GasPressure
         from lobefem.model.self_contact import SelfContact
+        from lobefem.model.supports import Fixed, FreeBody
 
         film, plates, gas = self.film, self.plates, self.pressure
         if self.is_pumpkin:
@@ -312,9 +341,14 @@ class Design(Section):
         ]
         if self.hoops.enabled:
             components.append(Seams(EA=self.hoops.EA))
-        components.append(
-            EndPlates(support=cast("Support", plates.support), bar=plates.bar, lift=plates.lift)
-        )
+        if self.has_plates:
+            components.append(
+                EndPlates(support=cast("Support", plates.support), bar=plates.bar, lift=plates.lift)
+            )
+        components += mesh_sections.cables_of(self, surface)
+        components += [Fixed(part.on, tuple("xyz".index(c) for c in part.components)) for part in self.fixed]
+        if self.supports.free:
+            components.append(FreeBody())
         touching = [SelfContact()] if contact else []
         built_in = bool(film.prestress) if prestressed is None else prestressed
         path = None
@@ -353,22 +387,27 @@ def _first_error(error: ValidationError) -> tuple[str, str, str]:
     errors = error.errors(include_url=False)
     first = next((e for e in errors if e["type"] == "extra_forbidden"), errors[0])
     keys = [str(part) for part in first["loc"]]
+    section = keys[0] if keys else ""
+    several = section in ("fixed", "cables")
+    if len(keys) > 1 and several:  # the one of several tables that is meant
+        keys[:2] = [f"{section}[{keys[1]}]"]
     path = ".".join(keys)
+    header = f"[[{section}]]" if several else f"[{section}]"
+    if first["type"] == "missing":
+        return path, f"{path} ", f"is missing; {_MISSING.get(keys[-1], 'give it')}"
     if first["type"] == "extra_forbidden":
-        known, what = tuple(Design.model_fields), "section"
-        if len(keys) > 1:
-            section = Design.model_fields[keys[0]].annotation
-            known, what = tuple(section.model_fields), f"key of [{keys[0]}]"  # type: ignore[union-attr]
+        where: Any = Design if len(keys) == 1 else Design.model_fields[section].annotation
+        known = tuple((get_args(where)[0] if several else where).model_fields)
+        what = "section" if len(keys) == 1 else f"key of {header}"
         if len(keys) > 2:  # in a table of a list of them
             known, what = tuple(Cap.model_fields), f"key of [[{'.'.join(keys[:2])}]]"
         choice = f"is no {what}; use {listed(known)}{nearest(keys[-1], known)}"
         return path, f"{shown(path)} ", choice
-    if first["type"] == "missing":
-        return path, "", f"{path} is missing; give it"
     if first["type"] == "value_error":
         # what is wrong with a section as a whole begins with one of its keys
         begin = {0: "", 1: f"{path}."}.get(len(keys), f"{path}: ")
         return path, begin, str(first["ctx"]["error"])
-    what = "list of tables; write [[film.caps]]" if keys[1:] == ["caps"] else f"table; write [{path}]"
+    header = header if len(keys) == 1 else f"[{path}]"
+    what = "list of tables; write [[film.caps]]" if keys[1:] == ["caps"] else f"table; write {header}"
     text = f"{shown(first['input'])} is not a {what} and its keys below"
     return path, f"{path}: ", text

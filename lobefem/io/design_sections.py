@@ -14,8 +14,10 @@ from lobefem.io.design_values import (
     angle,
     bar_stiffness,
     cell_divisions,
+    file_name,
     fill,
     flag,
+    group_name,
     integer,
     listed,
     number_row,
@@ -59,6 +61,7 @@ _SIZES = {
         "equator_radius", "tendon_length", "volume", "curve", "gores", "fitting_radius", "lobe",
         "half_angle", "pattern", "stations", "half_widths", "reference",
     ),
+    "mesh": ("file",),
 }  # fmt: skip
 
 _PUMPKIN_SIZES = {"equator_radius": 1.0, "tendon_length": 2.6220576, "volume": 2.7458122}  # of radius 1
@@ -80,7 +83,8 @@ class Shape(Section):
 
     An isotensoid is sized by the radius of its seams and rims, or by its equator radius R0. A formed
     lobe is what a cylinder of fixed-direction film becomes at the forming pressure; without a
-    `forming_stiffness`, its E t [N/m], 37.5 Pa make it an isotensoid.
+    `forming_stiffness`, its E t [N/m], 37.5 Pa make it an isotensoid. A mesh of one's own is read from a
+    `file` of Gmsh's, beside the design file, or made on the faces of a STEP file.
 
     A pumpkin's tendons lie on the isotensoid of one of three sizes, or on the natural shape, whose size
     is that of its loads. Its gores bulge by their `half_angle`, or are as wide as a table says: `pattern`
@@ -108,6 +112,7 @@ class Shape(Section):
     stations: Annotated[tuple[float, ...] | None, number_row] = None
     half_widths: Annotated[tuple[float, ...] | None, number_row] = None
     reference: Annotated[str | None, word("lobe", "flat")] = None
+    file: Annotated[str | None, BeforeValidator(file_name)] = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Shape:
@@ -117,10 +122,14 @@ class Shape(Section):
                     f"{key} = {shown(getattr(self, key))} does not fit the kind {self.kind!r}; use "
                     f"{listed(_SIZES[self.kind])}"
                 )
-        if self.kind in ("cylinder", "pumpkin") and self.lobes != 1:
+        if self.kind in ("cylinder", "pumpkin", "mesh") and self.lobes != 1:
             raise ValueError(f"lobes = {self.lobes} does not fit the kind {self.kind!r}; leave it out")
         if self.kind == "pumpkin":
             return self._pumpkin()
+        if self.kind == "mesh":
+            if self.file is None:
+                raise ValueError("file is missing; give that of a mesh from Gmsh, e.g. 'beam.msh'")
+            return self
         if self.kind == "cylinder":
             return self._filled(radius=_PAPER_RADIUS, length=_PAPER_LENGTH)
         if self.kind == "formed":
@@ -176,7 +185,7 @@ class Shape(Section):
     def size(self) -> float:
         """The radius that the design gives [m]: R0, that of its rims and seams, or about a pumpkin's own.
 
-        0 of a natural shape, whose loads decide.
+        0 of a natural shape, whose loads decide, and of a mesh.
         """
         for key, share in _PUMPKIN_SIZES.items():
             value = getattr(self, key)
@@ -326,14 +335,22 @@ class Hoops(Section):
 
 
 class Plates(Section):
-    """[plates]: the rigid end plates' support, the bar between them, the lift of the top one."""
+    """[plates]: the rigid end plates' support, the bar between them, the lift of the top one.
+
+    On a mesh of one's own, `bottom` and `top` name the edge groups of the rims that they close.
+    """
 
     support: Annotated[str, word("clamped", "pinned", "fixed")] = "clamped"
     bar: Annotated[bool | float, BeforeValidator(bar_stiffness)] = True
     lift: Annotated[float, quantity(LENGTH)] = 0.0
+    bottom: Annotated[str | None, BeforeValidator(group_name)] = None
+    top: Annotated[str | None, BeforeValidator(group_name)] = None
 
     @model_validator(mode="after")
     def _lifted(self) -> Plates:
+        if (self.bottom is None) != (self.top is None):
+            given, missing = ("bottom", "top") if self.top is None else ("top", "bottom")
+            raise ValueError(f"{given} = {shown(getattr(self, given))} lacks a {missing}; name both rims")
         if self.lift and self.support != "fixed":
             raise ValueError(
                 f"lift = {self.lift} needs support = 'fixed', not {self.support!r}; change one of them"

@@ -15,8 +15,10 @@ __all__ = [
     "angle",
     "bar_stiffness",
     "cell_divisions",
+    "file_name",
     "fill",
     "flag",
+    "group_name",
     "integer",
     "listed",
     "nearest",
@@ -65,6 +67,20 @@ def text(value: Any) -> str:
     """Read words of any kind."""
     if not isinstance(value, str) or not value:
         raise ValueError(f"{shown(value)} is no text; write words in quotes")
+    return value
+
+
+def group_name(value: Any) -> str:
+    """Read the name of a group of the mesh."""
+    if not isinstance(value, str) or not value:
+        raise ValueError(f'{shown(value)} is no name; give that of an edge group of the mesh, e.g. "rim"')
+    return value
+
+
+def file_name(value: Any) -> str:
+    """Read the name of a mesh file."""
+    if not isinstance(value, str) or not value.strip() or "\0" in value:
+        raise ValueError(f'{shown(value)} is no file; give that of a mesh from Gmsh, e.g. "beam.msh"')
     return value
 
 

@@ -7,9 +7,10 @@ A line of which the reason can be told is quoted with what to write instead.
 from __future__ import annotations
 
 import codecs
+import json
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -158,12 +159,15 @@ def _instead(value: str) -> tuple[str, str]:
     return "", ""
 
 
-def to_toml(tables: Mapping[str, Mapping[str, Any]]) -> str:
-    """Sections of plain values as TOML; keys without a value are left out."""
-    lines = []
-    for section, keys in tables.items():
-        lines += ["", f"[{section}]"]
-        lines += [f"{key} = {_value(value)}" for key, value in keys.items() if value is not None]
+def to_toml(tables: Mapping[str, Mapping[str, Any] | Sequence[Mapping[str, Any]]]) -> str:
+    """Sections of plain values, or lists of such, as TOML; what has no value is left out."""
+    lines: list[str] = []
+    for section, content in tables.items():
+        one = isinstance(content, Mapping)
+        for keys in [content] if isinstance(content, Mapping) else content:
+            given = [f"{key} = {_value(value)}" for key, value in keys.items() if value is not None]
+            if given:
+                lines += ["", f"[{section}]" if one else f"[[{section}]]", *given]
     return "\n".join(lines[1:]) + "\n"
 
 
@@ -174,4 +178,6 @@ def _value(value: Any) -> str:
         return f"[{', '.join(map(_value, value))}]"
     if isinstance(value, Mapping):
         return f"{{{', '.join(f'{key} = {_value(one)}' for key, one in value.items())}}}"
-    return f'"{value}"' if isinstance(value, str) else repr(value)  # words only: nothing to escape
+    if not isinstance(value, str):
+        return repr(value)
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML escapes one more

@@ -37,6 +37,7 @@ __all__ = [
     "gmshio",
     "interpolation_points",
     "mixed_wheels",
+    "mixes_cells",
     "shared_facet_partitioner",
 ]
 
@@ -272,6 +273,12 @@ def geometry_dofmap(mesh: Mesh) -> npt.NDArray[np.int32]:
     """
     dofmaps = getattr(mesh.geometry, "dofmaps", None)
     return dofmaps[0] if isinstance(dofmaps, (list, tuple)) else mesh.geometry.dofmap
+
+
+def mixes_cells(mesh: Mesh) -> bool:
+    """True of a mesh with cells of several kinds, which DOLFINx 0.10 can make from Python."""
+    dofmaps = getattr(mesh.geometry, "dofmaps", None)
+    return isinstance(dofmaps, (list, tuple)) and len(dofmaps) > 1
 
 
 def entity_nodes(mesh: Mesh, dim: int, entities: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lobefem.model.kinematics import Frame, green_lagrange, revolved_frame, tangent_frame
     from lobefem.model.orthotropic import Orthotropic, OrthotropicTensionField
     from lobefem.model.self_contact import SelfContact
-    from lobefem.model.supports import Fixed
+    from lobefem.model.supports import Fixed, FreeBody
     from lobefem.model.tension_field import TensionField, WrinkledField
 
 _HOME = {
@@ -33,6 +33,7 @@ _HOME = {
     "Fixed": "supports",
     "FixedWrinkles": "fixed_wrinkles",
     "Frame": "kinematics",
+    "FreeBody": "supports",
     "GasPressure": "gas_pressure",
     "Hoops": "cables",
     "Isotropic": "film",
@@ -58,6 +59,7 @@ __all__ = [
     "Fixed",
     "FixedWrinkles",
     "Frame",
+    "FreeBody",
     "GasPressure",
     "Hoops",
     "Isotropic",

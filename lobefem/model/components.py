@@ -12,12 +12,12 @@ from lobefem.model.dead_weight import DeadWeight
 from lobefem.model.end_plates import EndPlates, PlateLoad
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.self_contact import SelfContact
-from lobefem.model.supports import Fixed
+from lobefem.model.supports import Fixed, FreeBody
 from lobefem.typing import Unchecked
 
 __all__ = ["Components", "row"]
 
-_KINDS = (GasPressure, Cables, EndPlates, PlateLoad, Fixed, SelfContact, DeadWeight)
+_KINDS = (GasPressure, Cables, EndPlates, PlateLoad, Fixed, FreeBody, SelfContact, DeadWeight)
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,7 @@ class Components:
     plate_load: PlateLoad | None
     contact: SelfContact | None
     weight: DeadWeight
+    free: FreeBody | None
 
     @classmethod
     def sort(cls, components: Sequence[Any]) -> Components:
@@ -41,7 +42,7 @@ class Components:
         """
         one = {
             kind: _single(components, kind)
-            for kind in (GasPressure, EndPlates, PlateLoad, SelfContact, DeadWeight)
+            for kind in (GasPressure, EndPlates, PlateLoad, SelfContact, DeadWeight, FreeBody)
         }
         unknown = [p for p in components if not isinstance(p, _KINDS)]
         if unknown:
@@ -58,6 +59,7 @@ class Components:
             one[PlateLoad],
             one[SelfContact],
             one[DeadWeight] or DeadWeight(),
+            one[FreeBody],
         )
 
 

@@ -34,12 +34,15 @@ class Film(ABC):
     """A thin elastic film.
 
     Args:
-        E: Young's modulus [Pa].
+        E: Young's modulus [Pa], a number; of laws that allow it also a function on the surface's mesh, or
+            another scalar in UFL.
         nu: Poisson's ratio, -1 < nu <= 0.5.
-        thickness: film thickness t [m].
+        thickness: film thickness t [m], as E.
 
     Raises:
-        InputError: a number out of its range.
+        InputError: a number out of its range, or a function where the law takes numbers only.
+
+    Collective if given functions.
     """
 
     E: float = 3.5e9
@@ -47,8 +50,8 @@ class Film(ABC):
     thickness: float = 5e-5
 
     def __post_init__(self) -> None:
-        checks.positive("film E", self.E, "Pa")
-        checks.positive("film thickness", self.thickness, "m")
+        self._check("E", "Pa")
+        self._check("thickness", "m")
         if not -1 < checks.finite("film nu", self.nu, "") <= 0.5:
             raise InputError(f"film nu = {self.nu} must lie in (-1, 0.5]; plastics have 0.3 to 0.5")
 
@@ -68,6 +71,31 @@ class Film(ABC):
     directional: ClassVar[bool] = False
     # whether residuals come from `stress`, written with a modulus matrix, not from `energy`
     by_stress: ClassVar[bool] = False
+    # whether E and thickness may vary over the film
+    may_vary: ClassVar[bool] = False
+
+    def _check(self, name: str, unit: str) -> None:
+        """Refuse a modulus or thickness that is not positive, or varies where the law has no place for it."""
+        value: Any = getattr(self, name)
+        if not isinstance(value, ufl.core.expr.Expr):
+            checks.positive(f"film {name}", value, unit)
+            return
+        if not self.may_vary:
+            raise InputError(
+                f"film {name} is a function, and {type(self).__name__} film takes a number; use "
+                "TensionField or Isotropic film, or an average"
+            )
+        if value.ufl_shape:
+            raise InputError(f"film {name} has the shape {value.ufl_shape}; give a scalar function [{unit}]")
+        if hasattr(value, "x"):
+            bad = int((~(value.x.array > 0)).sum())
+            if value.function_space.mesh.comm.allreduce(bad):
+                raise InputError(f"film {name} is not positive everywhere; give a function above 0 [{unit}]")
+
+    @property
+    def varying(self) -> tuple[Any, ...]:
+        """Those of modulus and thickness that vary over the film."""
+        return tuple(v for v in (self.E, self.thickness) if isinstance(v, ufl.core.expr.Expr))
 
     @property
     def Et(self) -> float:
@@ -143,6 +171,7 @@ class Isotropic(Film):
     """Plane-stress St Venant-Kirchhoff film, in tension and in compression (paper eq. 10)."""
 
     name: ClassVar[str] = "isotropic"
+    may_vary: ClassVar[bool] = True
 
     @property
     def shares(self) -> tuple[float, float]:

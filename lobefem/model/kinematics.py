@@ -15,6 +15,7 @@ import ufl
 __all__ = [
     "Frame",
     "area_vector",
+    "cell_frame",
     "edge_strain",
     "green_lagrange",
     "revolved_frame",
@@ -58,6 +59,14 @@ def tangent_frame(mesh: Mesh, direction: Expr) -> Frame:
     n = ufl.CellNormal(mesh)
     d = ufl.as_vector(list(direction))
     m = _unit(d - ufl.dot(d, n) * n)
+    return Frame(m, ufl.cross(n, m), n)
+
+
+def cell_frame(mesh: Mesh) -> Frame:
+    """The frame whose first vector is each cell's first side, for laws without a direction."""
+    n = ufl.CellNormal(mesh)
+    jacobian = ufl.Jacobian(mesh)
+    m = _unit(ufl.as_vector([jacobian[i, 0] for i in range(3)]))
     return Frame(m, ufl.cross(n, m), n)
 
 

@@ -1,4 +1,4 @@
-"""Specification of prescribed displacement components of film without plates."""
+"""Specification of what holds film without plates: prescribed displacement components, or nothing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.typing import Array
 
-__all__ = ["Fixed"]
+__all__ = ["Fixed", "FreeBody"]
 
 
 @dataclass(frozen=True)
@@ -41,3 +41,8 @@ class Fixed:
             raise InputError(f"held components are {self.components!r}; give some of 0, 1 and 2, as (2,)")
         if self.displacement is not None and not callable(self.displacement):
             raise InputError(f"a held displacement is {self.displacement!r}; give a function of x or None")
+
+
+@dataclass(frozen=True)
+class FreeBody:
+    """A closed film that nothing holds, an airbag say: rigid motions are taken out without a reaction."""

@@ -30,6 +30,7 @@ class TensionField(Film):
     name: ClassVar[str] = "tension-field"
     bears_compression: ClassVar[bool] = False
     turns: ClassVar[bool] = True
+    may_vary: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         super().__post_init__()

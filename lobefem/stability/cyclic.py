@@ -61,6 +61,14 @@ def sector_balloon(balloon: Balloon) -> Balloon:
         )
     if any(given is not None for given in (balloon.given_frame, balloon.pattern, balloon.layers)):
         raise InputError("a single harmonic needs film as drawn; leave frame, pattern and layers out")
+    if balloon.film.varying:
+        raise InputError(
+            "a single harmonic needs film that is the same everywhere; give numbers as E and thickness"
+        )
+    if balloon.extra_energy is not None:
+        raise InputError(
+            "an extra_energy need not be the same in all sectors; leave it out, or look at all modes at once"
+        )
     if balloon.load_path is not None or any(isinstance(part, PlateLoad) for part in balloon.components):
         raise InputError("a single harmonic is of the shape as drawn; leave load_path and PlateLoad out")
     sector = sector_of(balloon.surface, balloon.axis)

@@ -35,8 +35,11 @@ def rotations_in_q(balloon: Balloon, q: Vec) -> list[Any]:
     """The rigid rotations about the bottom plate's centre that the supports leave, as changes of q.
 
     The k-th one turns the plate along its k-th tilt, and all else along with it. None where something
-    holds the balloon against them. Collective.
+    holds the balloon against them. All six rigid motions of a free body adrift. Collective.
     """
+    if balloon.adrift:
+        balloon.set_unknowns(q)
+        return balloon.map.rigid_motions(balloon.X - balloon.axis.origin + balloon.u.x.array.reshape(-1, 3))
     if not free_to_rotate(balloon):
         return []
     constraint, motion = balloon.map, balloon.motion

@@ -23,7 +23,7 @@ from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import displacement_of, largest, stiffness_scale
-from lobefem.fem.rigid_motions import free_to_rotate, is_turn, num_turns
+from lobefem.fem.rigid_motions import is_turn, num_turns
 from lobefem.frozen import Frozen
 from lobefem.geometry import gather
 from lobefem.linalg import petsc
@@ -217,6 +217,9 @@ def find_modes(
     if harmonics is not None:
         return (_of_sector if balloon.map.tied else _of_harmonics)(state, count, mass, asked)
     q = state.restore()
+    if balloon.floating:
+        balloon = balloon.afloat()
+        q = balloon.unknowns_of(state.balloon)
     B = balloon.mass(q, mass)
     rotations = FreeRotations(balloon, q, B)
     K = balloon.tangent(q)
@@ -412,7 +415,7 @@ def _paired(sectors: int, pairs: list[Pair], modes: Sequence[Mode], shift: float
 
 def _turns(balloon: Balloon, q: Vec, real: Array, imag: Array) -> bool:
     """True if nodal displacements are those of a rigid rotation that the supports leave. Collective."""
-    if not free_to_rotate(balloon):
+    if not num_turns(balloon):
         return False
     balloon.set_unknowns(q)
     displacement = balloon.u.x.array.reshape(-1, 3)

@@ -29,7 +29,9 @@ MESHES = sorted((Path(__file__).parents[2] / "meshes").glob("*.toml"))
 SINGLE = str(next(path for path in MESHES if path.stem == "single"))
 EXAMPLES = int(os.environ.get("LOBEFEM_EXAMPLES", "0"))
 KEYS = [
-    (section, key) for section, field in Design.model_fields.items() for key in field.annotation.model_fields
+    (section, key)
+    for section, field in Design.model_fields.items()
+    for key in getattr(field.annotation, "model_fields", ())  # not those of lists of tables
 ]
 
 

@@ -16,6 +16,7 @@ from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.supports import Fixed
 from lobefem.model.tension_field import TensionField
 
+import ufl
 from mpi4py import MPI
 
 SEAM = Isotensoid.from_edge_radius().height
@@ -81,3 +82,12 @@ def test_where_the_coarse_start_leads_nowhere_the_reference_shape_does(comm, mon
     found = inflate(balloon, 5.0, nested=True, max_iterations=12, progress=said.append)
     assert found.converged
     assert len(said) == 3
+
+
+def test_film_bound_to_its_mesh_has_no_coarser_one():
+    """Layers, a pattern or functions belong to one mesh; such film is inflated on that alone."""
+    surface = lobed_cylinder(1, divisions=(6, 12))
+    layers = ufl.conditional(ufl.gt(ufl.SpatialCoordinate(surface.mesh)[2], 1.0), 2.0, 1.0)
+    for given in ({"layers": layers}, {"film": Isotropic(E=surface.by_region({"lobe_1": 1e9}))}):
+        film = given.pop("film", Isotropic())
+        assert grid_sequencing.coarser_balloon(Balloon(surface, film, [EndPlates()], **given)) is None
