@@ -78,7 +78,7 @@ def interpolate(coarse: Balloon, q: Vec, balloon: Balloon) -> Any:
     values = _turned(values @ basis.T, -2 * np.pi / around * (needed % around))
     weights = (row_weights[:, :, None] * column_weights[:, None, :]).reshape(-1, 16)
     local = np.cumsum(wanted) - 1
-    found = np.zeros((len(at), 3))
+    found: Array = np.zeros((len(at), 3))
     for k in range(16):  # all at once take more memory and time
         found += weights[:, k, None] * values[local[at[:, k]]]
     found = _turned(found, np.pi / around * fine_column) @ basis

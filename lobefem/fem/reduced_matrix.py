@@ -153,7 +153,7 @@ class _Border:
             whole = np.append(self._bottom, constraints.parameter_columns)
             own_rows = np.append(own_rows, np.repeat(constraints.free.size + np.arange(n), len(whole)))
             own_columns = np.append(own_columns, np.tile(whole, n))
-        self.places = own_rows, own_columns
+        self.places: tuple[Integers, Integers] = own_rows, own_columns
 
     def values(self, K: Array, w: Array, dw: Array, block: Array | None) -> Array:
         """Values at `places`. Collective.

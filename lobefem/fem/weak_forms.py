@@ -87,11 +87,13 @@ class WeakForms:
             # exact for the enclosed volume; a linear triangle has one strain, but prestress (1/R)
             # and the frame vary over it
             varies = balloon.prestressed or film.directional or load_path is not None
-            degree = (4 if varies else 1) if linear else 2 * balloon.order + (not simplex)
+            order: int = balloon.order
+            rule = (4 if varies else 1) if linear else 2 * order + (not simplex)
             if balloon.load.gradient:  # and for the integral of z over it
-                degree = max(degree, 4 * balloon.order - 1 - simplex)
+                rule = max(rule, 4 * order - 1 - simplex)
             if balloon.pattern is not None:  # rational, and exact by no rule
-                degree = max(degree, 2 * balloon.order + 2)
+                rule = max(rule, 2 * order + 2)
+            degree = rule
         # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
         # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
         dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})

@@ -146,7 +146,7 @@ class TabulatedWidth(Lobes):
 
     def half_angle(self, s: Array, chord: Array, largest_chord: float, length: float) -> Array:
         """The alpha with sin(alpha)/alpha = h/w, a right angle at most."""
-        ratio = chord / self.width(s / length)
+        ratio: Array = chord / self.width(np.asarray(s / length))
         if (ratio > 1 + 1e-9).any():
             worst = int(np.argmax(ratio))
             raise InputError(
@@ -158,7 +158,7 @@ class TabulatedWidth(Lobes):
 
     def half_width(self, s: Array, chord: Array, largest_chord: float, length: float) -> Array:
         """The given one, where the drawn arc is narrower too."""
-        return self.width(s / length)
+        return self.width(np.asarray(s / length))
 
 
 def _check_angle(angle: float) -> None:
@@ -200,11 +200,11 @@ class Gore:
     def __init__(self, curve: MeridianCurve, count: int, lobes: Lobes) -> None:
         self.curve, self.lobes = curve, lobes
         self.count = checks.integer("the number of gores", count, 3)
-        table = np.linspace(0.0, curve.arc_length, 2001)
+        table: Array = np.asarray(np.linspace(0.0, curve.arc_length, 2001))
         self._largest = float(self.half_chord(table).max())
         self.half_angle(table)  # which refuses what does not fit
         # length of the centre line: chords of two steps, and Richardson's extrapolation of their sums
-        fine = np.linspace(0.0, curve.arc_length, 4001)
+        fine: Array = np.asarray(np.linspace(0.0, curve.arc_length, 4001))
         x = self.position(fine, np.zeros(len(fine)))
         single = np.linalg.norm(np.diff(x, axis=0), axis=1).reshape(-1, 2).sum(axis=1)
         double = np.linalg.norm(x[2::2] - x[:-2:2], axis=1)

@@ -165,7 +165,7 @@ class PumpkinCurve:
 
     def curvature(self, s: npt.ArrayLike) -> Array:
         """Curvature 2 r/R0^2 [1/m] at the arc length `s` [m]."""
-        return 2.0 * self.radius(s) / self.R0**2
+        return np.asarray(2.0 * self.radius(s) / self.R0**2)
 
     def _argument(self, s: npt.ArrayLike) -> Array:
         """Elliptic argument from the equator, refused beyond the fittings."""

@@ -197,7 +197,7 @@ def _own_part(surface: Surface, name: str) -> tuple[npt.NDArray[np.int64], Array
     x, dofmap = mesh.geometry.x, dolfinx_compat.geometry_dofmap(mesh)
     cells_of = topology.connectivity(1, 2)
     ends = []
-    for facet, (a, b) in zip(facets, nodes[:, :2], strict=True):
+    for facet, a, b in zip(facets, nodes[:, 0].astype(int), nodes[:, 1].astype(int), strict=True):
         cells = cells_of.links(facet)
         if len(cells) == 1:
             corners = dofmap[cells[0]][CORNERS[dofmap.shape[1]]].tolist()
@@ -211,27 +211,27 @@ def _axis(surface: Surface, rims: dict[str, _Rim]) -> Axis:
     """The axis as given, or as the rims have it; the same on every rank."""
     centres = [rims[name].centre for name in _RIMS if name in rims]
     whole = surface.copies == 1 and len(centres) == 2
-    along = centres[1] - centres[0] if whole else np.zeros(3)
+    along: Array = np.asarray(centres[1] - centres[0]) if whole else np.zeros(3)
     length = float(np.linalg.norm(along))
     size = max((rim.radius for rim in rims.values()), default=0.0)
     if whole and length <= 1e-9 * size:
         raise InputError("the centres of the surface's two rims coincide; tag the bottom and the top rim")
     if surface.axis is not None:
-        direction = surface.axis
+        direction: Array = surface.axis
         if whole and float(along @ direction) < math.cos(math.radians(1.0)) * length:
             raise InputError(
                 f"the surface's axis is {_shown(direction)}, but the centre of its top rim lies from that of "
-                f"the bottom one along {_shown(along / length)}; give that, or axis=None"
+                f"the bottom one along {_shown(np.asarray(along / length))}; give that, or axis=None"
             )
     elif whole:
-        direction = unit(rounded(along / length, 1.0))
+        direction = unit(rounded(np.asarray(along / length), 1.0))
     elif not surface.of_revolution:
         middle, direction = _principal(surface.mesh)
         origin = middle if surface.origin is None else surface.origin
         return Axis(direction, origin, _first(surface, rims, direction, origin))
     else:
         raise InputError("the axis of a surface without two rims is not known; give axis=(0, 0, 1), say")
-    origin = np.zeros(3)
+    origin: Array = np.zeros(3)
     if surface.origin is not None:
         origin = surface.origin
         for name, rim in rims.items() if surface.copies == 1 else ():

@@ -74,7 +74,7 @@ def cutting_table(gore: Gore, foreshortening: float = 0.0, marks: int = 51) -> C
         InputError: fewer than two marks.
     """
     checks.integer("the number of tendon marks", marks, 2)
-    fine = np.linspace(0.0, gore.curve.arc_length, (marks - 1) * _FINE + 1)
+    fine: Array = np.asarray(np.linspace(0.0, gore.curve.arc_length, (marks - 1) * _FINE + 1))
     outline = np.stack([gore.along(fine), gore.half_width(fine)], axis=1)
     seam = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outline, axis=0).T))])
     at = slice(None, None, _FINE)
@@ -170,7 +170,7 @@ def _dxf(table: CuttingTable, about: Mapping[str, Any]) -> str:
     space.add_lwpolyline(_closed(table).tolist(), close=True, dxfattribs={"layer": "OUTLINE"})
     space.add_line((0.0, 0.0), (1e3 * table.length, 0.0), dxfattribs={"layer": "CENTRE"})
     for a, b in _marks(table):
-        space.add_line(tuple(a.tolist()), tuple(b.tolist()), dxfattribs={"layer": "MARKS"})
+        space.add_line((float(a[0]), float(a[1])), (float(b[0]), float(b[1])), dxfattribs={"layer": "MARKS"})
     height = max(1e3 * table.width / 40, 1.0)
     for k, (name, value) in enumerate(about.items()):
         place = (0.0, -1e3 * table.width / 2 - 2 * height * (k + 1))

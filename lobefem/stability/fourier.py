@@ -122,7 +122,7 @@ def dominant(power: Array) -> tuple[int, ...]:
 
     Evenly spaced nodes cannot tell n from its aliases.
     """
-    strongest = np.argsort(-power, kind="stable").tolist()
+    strongest = [int(n) for n in np.argsort(-power, kind="stable")]
     first = int(np.argmax(power >= (1 - 1e-6) * power.max()))
     return (first, *(n for n in strongest if n != first))
 

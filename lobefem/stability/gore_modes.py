@@ -206,7 +206,7 @@ class Condensed:
         if not self.inner_is_positive:
             return None
         try:
-            return np.linalg.cholesky(self._reduced(self._sector.basis(harmonic)))
+            return np.asarray(np.linalg.cholesky(self._reduced(self._sector.basis(harmonic))), dtype=complex)
         except np.linalg.LinAlgError:
             return None
 

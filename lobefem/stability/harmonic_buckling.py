@@ -266,8 +266,10 @@ class FixedShapePencil:
         if np.linalg.det(schur).real >= 0:
             return None
 
+        inverse = solve  # which is there, for a closure
+
         def constrained(b: ComplexArray) -> ComplexArray:
-            x = solve(np.delete(b, t, axis=0))
+            x = inverse(np.delete(b, t, axis=0))
             at_t = np.zeros((2, *b.shape[1:]), dtype=complex)
             at_t[0] = b[t]
             ends = np.linalg.solve(schur, at_t - border.conj().T @ x)
