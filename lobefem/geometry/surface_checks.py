@@ -227,8 +227,8 @@ def _axis(surface: Surface, rims: dict[str, _Rim]) -> Axis:
         direction = unit(rounded(np.asarray(along / length), 1.0))
     elif not surface.of_revolution:
         middle, direction = _principal(surface.mesh)
-        origin = middle if surface.origin is None else surface.origin
-        return Axis(direction, origin, _first(surface, rims, direction, origin))
+        point = middle if surface.origin is None else surface.origin
+        return Axis(direction, point, _first(surface, rims, direction, point))
     else:
         raise InputError("the axis of a surface without two rims is not known; give axis=(0, 0, 1), say")
     origin: Array = np.zeros(3)
