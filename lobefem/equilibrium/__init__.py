@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.gradient_flow import GradientFlow, Record
     from lobefem.equilibrium.inflation import inflate
     from lobefem.equilibrium.pressurisation import pressurise
+    from lobefem.equilibrium.pumpkin_measures import measure
     from lobefem.equilibrium.ramp import Increment
     from lobefem.equilibrium.state import Equilibrium, State, ideal_state, record
 
@@ -43,6 +44,7 @@ _HOME = {
     "full_state": "full_model",
     "ideal_state": "state",
     "inflate": "inflation",
+    "measure": "pumpkin_measures",
     "pressurise": "pressurisation",
     "record": "state",
     "release_start": "displacement_control",
@@ -69,6 +71,7 @@ __all__ = [
     "full_state",
     "ideal_state",
     "inflate",
+    "measure",
     "pressurise",
     "record",
     "release_start",
