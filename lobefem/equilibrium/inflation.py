@@ -152,9 +152,9 @@ def _inflated(
     if start is None and not balloon.surface.of_revolution:
         guesses = [q.copy, lambda: bulged(balloon), lambda: bulged(balloon, 2.0)]
     elif nested and start is None:
-        guess = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
-        if guess is not None:
-            begin, guesses = guess, [lambda: guess]
+        finer = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
+        if finer is not None:
+            begin, guesses = finer, [lambda: finer]
     simple = simpler(balloon) if start is None and begin is q else []
     if simple and not guesses:
         guesses = [q.copy]
