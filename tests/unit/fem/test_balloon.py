@@ -268,7 +268,7 @@ def test_errors_of_parts_that_do_not_go_together(comm):
         (
             ["hoop"],
             "'hoop' is no part of a balloon; use one of GasPressure, Cables, EndPlates, PlateLoad, Fixed, "
-            "SelfContact",
+            "FreeBody, SelfContact",
         ),
         ([Fixed("rim")], r"no edge group 'rim' on this surface; it has \["),
         ([Fixed("lobe_1")], r"no edge group 'lobe_1' on this surface; it has \["),

@@ -40,10 +40,10 @@ def upward_force(balloon, q):
     """
     r = q.duplicate()
     balloon.residual(q, r)
-    force = np.array(balloon._assemble_residual()).reshape(-1, 3)[: balloon.map.owned // 3].sum(axis=0)
+    force = np.array(balloon.assembly.residual()).reshape(-1, 3)[: balloon.map.owned // 3].sum(axis=0)
     on_film = balloon.comm.allreduce(force) @ balloon.axis.direction
     gradient, hessian = np.zeros(12), np.zeros((12, 12))
-    balloon.plate_forces.add_to(gradient, hessian, balloon._w)
+    balloon.plate_forces.add_to(gradient, hessian, balloon.w)
     plates = (gradient[:3] + gradient[6:9]) @ balloon.axis.direction
     return -(on_film + plates)
 
