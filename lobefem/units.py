@@ -24,6 +24,7 @@ __all__ = [
     "Quantity",
     "in_degrees",
     "pascals",
+    "scaled",
     "shown",
 ]
 
@@ -51,6 +52,13 @@ _PRESSURES = {f"{p}Pa": f for p, f in _PREFIX.items()} | {
 
 _FORCES = {f"{p}N": f for p, f in _PREFIX.items()}
 
+# SI unit: from which size on another one is handier (0.9995: what is rounded to four digits), and its value
+_HANDY = {
+    "Pa": ((9.9995e8, "GPa", 1e9), (9.9995e5, "MPa", 1e6), (9999.5, "kPa", 1e3)),
+    "N": ((9.9995e8, "GN", 1e9), (9.9995e5, "MN", 1e6), (9999.5, "kN", 1e3)),
+    "m": ((9.9995e-2, "m", 1.0), (1e-6, "mm", 1e-3)),
+}
+
 _TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\d\s.+-]\S*)?\s*")
 
 
@@ -64,8 +72,17 @@ def shown(value: Any) -> str:
 
 
 def pascals(pressure: float) -> str:
-    """A pressure in words, to four digits: from 10 kPa on in kilopascals."""
-    return f"{pressure:.4g} Pa" if abs(pressure) < 9999.5 else f"{pressure / 1e3:.4g} kPa"
+    """A pressure in words, to four digits: from 10 kPa on in kilopascals, and so on."""
+    return scaled(pressure, "Pa")
+
+
+def scaled(value: float, unit: str) -> str:
+    """A number to four significant digits with a unit of a handy size: "290.6 kPa", "0.025 mm"."""
+    size = abs(value)
+    for least, name, factor in _HANDY.get(unit, ()):
+        if least <= size < math.inf:
+            return f"{value / factor:.4g} {name}"
+    return f"{value:.4g} {unit}".strip()
 
 
 def in_degrees(value: float, unit: str) -> tuple[float, str]:

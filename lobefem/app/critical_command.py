@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from lobefem.app import advice
-from lobefem.app.states_command import FIELDS, KINK, Outcome, check_state, failure, summary
+from lobefem.app.states_command import FIELDS, Outcome, check_state, failure, summary
 from lobefem.errors import InputError, SolveError
 from lobefem.io.design import Design
 from lobefem.io.run_folder import RunFolder
@@ -25,17 +25,14 @@ from lobefem.stability.one_sided import (
     one_sided_pressures,
     slack_critical_pressure,
 )
+from lobefem.units import pascals
+from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
 __all__ = ["critical", "harmonics", "mesh_study"]
 
-_MESH_DEPENDENT = (
-    "the critical pressure of film with fixed wrinkles is a property of the mesh: it tends to 0 under "
-    "refinement, see --mesh-study"
-)
-
 _HIGH_HARMONICS = (
-    "critical pressures of film with fixed wrinkles converge under refinement in low harmonics only; from "
-    "about n = 7 on they tend to 0"
+    "with fixed wrinkles only the critical pressures of low harmonics converge as the mesh is refined; from "
+    "about n = 7 on they go to zero"
 )
 
 LIMIT = 2e4  # [Pa], where a search along inflated states gives up
@@ -69,7 +66,7 @@ def critical(
     results = summary("critical", design) | {"state": state}
     outcome = Outcome(results)
     if design.film.law == "fixed-wrinkles":
-        results["warnings"].append(_MESH_DEPENDENT)
+        results["warnings"].append(FIXED_WRINKLES)
     if state == "inflated":
         if harmonic is not None:
             raise InputError("--harmonic looks at the ideal state; leave it out with --state inflated")
@@ -100,7 +97,7 @@ def critical(
         return outcome
     results |= _critical(found, harmonic) | {"only_harmonic": harmonic}
     if found.pressure == 0.0 and results.get("bounds", [0.0, 0.0])[1] != 0.0:
-        results["reason"] = "its lower bound is zero, and between the bounds this film's law does not tell"
+        results["reason"] = "the lower bound is zero, and between the bounds the film model gives no answer"
     results["warnings"] += advice.of_pressures(design, [results["critical_pressure"]])
     if found.mode is not None:
         outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (found.mode,)))
@@ -170,7 +167,7 @@ def _along_path(
     }
     results["warnings"] += advice.of_pressures(design, [results["critical_pressure"]])
     if mode is None:
-        results["reason"] = f"stable up to {limit:g} Pa"
+        results["reason"] = f"no instability found up to {pascals(limit)}, the end of the search (--limit)"
     modes = () if mode is None else (mode,)
     outcome.snapshots.append(Snapshot(balloon, found.state.pressure, found.state, modes))
 

@@ -19,13 +19,13 @@ from lobefem.io.xdmf import Snapshot
 from lobefem.outcomes import UNDECIDED
 from lobefem.progress import Progress, part, said
 from lobefem.version import __version__
+from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
 if TYPE_CHECKING:
     from lobefem.stability.modes import Mode
 
 __all__ = [
     "FIELDS",
-    "KINK",
     "SCHEMA",
     "STATES",
     "Outcome",
@@ -42,16 +42,6 @@ SCHEMA = 1  # of the results; a change that a reader must know of raises it
 STATES = ("ideal", "inflated")
 
 FIELDS = ("tension-field", "imp")  # laws with the tension field's stress
-
-_VERDICT = (
-    "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
-    "unstable at any; see lobefem critical --mesh-study, and --film tension-field --state inflated"
-)
-
-KINK = (
-    "the ideal state of tension-field film lies on the border of taut and wrinkled, where its tangent "
-    "jumps: what is shown is the wrinkled side, a lower bound, beside the mean of both sides, an upper one"
-)
 
 _EQUILIBRIUM = (
     "converged", "reason", "iterations", "residual", "relative_residual", "pressure", "prestress",
@@ -159,7 +149,7 @@ def modes(
     check_state(state, design)
     results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
     if design.film.law == "fixed-wrinkles":
-        results["warnings"].append(_VERDICT)
+        results["warnings"].append(FIXED_WRINKLES)
     if state == "ideal":
         results["warnings"] += advice.of_built_in(design)
     if state == "ideal" and design.film.law in FIELDS and not design.film.hoop_slack:

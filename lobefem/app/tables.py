@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from lobefem.terminal import console
+from lobefem.units import pascals, scaled
 from lobefem.viz.verdict import verdict
 
 __all__ = ["printable", "show", "show_findings", "show_profile", "show_rows"]
@@ -27,7 +28,7 @@ def show(results: dict[str, Any]) -> None:
     }
     screen.print(_caption(results))
     screen.print(table[results["command"]](results))
-    if results["command"] in ("critical", "harmonics"):
+    if results["command"] != "mesh-study":  # whose table ends with it
         for sentence in verdict(results):
             screen.print(sentence, markup=False, soft_wrap=True)
 
@@ -35,21 +36,22 @@ def show(results: dict[str, Any]) -> None:
 def _caption(results: dict[str, Any]) -> str:
     """The two lines above a table."""
     if results["command"] == "inflate":
-        title = f"Equilibrium at {results['pressure']:g} Pa"
+        title = f"Equilibrium at {pascals(results['pressure'])}"
     elif results["command"] == "modes":
         title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
     elif results["command"] == "harmonics":
         title = "Critical pressure of each harmonic, ideal state"
     elif results["command"] == "perturb":
         title = f"{results['distortion']} of {results['parameter']:g} {results['unit']}".capitalize()
-        title += f" at {results['pressure']:g} Pa, {results['outcome']}"
+        title += f" at {pascals(results['pressure'])}, {results['outcome']}"
     elif results["command"] == "mesh-study":
         title = "Critical pressures under refinement, ideal state"
     else:
         title = f"Critical pressure of the {results['state']} state"
     lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
     mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
-    size = f"radius {results['radius']:g} m, {1e3 * results['thickness']:g} mm of {results['film']} film"
+    radius, thickness = scaled(results["radius"], "m"), scaled(results["thickness"], "m")
+    size = f"radius {radius}, {thickness} of {results['film']} film"
     design = f"{size}, {results['load']} load, {results['support']}"
     return f"{title}\n{lobes}, {design}, {mesh}"
 
@@ -80,27 +82,26 @@ _QUANTITIES = (
 
 
 def _inflate_table(results: dict[str, Any]) -> Any:
-    table = _table("", "value", "")
+    table = _table("", "value")
     for key, unit in _QUANTITIES:
         value = results[key]
         if value is None or value == ():
             continue
-        text = " ".join(f"{v:.8g}" for v in (value if isinstance(value, tuple) else (value,)))
-        table.add_row(key.replace("_", " "), text, unit)
+        values = value if isinstance(value, tuple) else (value,)
+        said = ", ".join(str(v) if isinstance(v, int) else scaled(v, unit) for v in values)
+        table.add_row(key.replace("_", " "), said)
     return table
 
 
 def _modes_table(results: dict[str, Any]) -> Any:
     unit = "Pa/m" if results["mass"] == "unit" else "N/m"
-    table = _table(
-        "pressure [Pa]", "mode", f"real [{unit}]", f"imag [{unit}]", "harmonic", "kind", "residual"
-    )
+    table = _table("pressure", "mode", f"real [{unit}]", f"imag [{unit}]", "harmonic", "kind", "residual")
     for entry in results["pressures"]:
         for k, mode in enumerate(entry["modes"], 1):
             table.add_row(
-                f"{entry['pressure']:g}" if k == 1 else "",
+                pascals(entry["pressure"]) if k == 1 else "",
                 str(k),
-                f"{mode['real']:.6g}",
+                f"{mode['real']:.4g}",
                 f"{mode['imag']:.3g}" if mode["imag"] else "",
                 str(mode["harmonic"]),
                 mode["kind"],
@@ -113,16 +114,16 @@ def _modes_table(results: dict[str, Any]) -> Any:
 
 def _critical_table(results: dict[str, Any]) -> Any:
     path = "point" in results
-    table = _table("pressure [Pa]", "harmonic", "kind", *(("point", "load's share") if path else ()))
+    table = _table("pressure", "harmonic", "kind", *(("point", "load's share") if path else ()))
     rest = [""] * (len(table.columns) - 1)
     if results["critical_pressure"] is None or results["kind"] is None:
         table.add_row(results["reason"], *rest)
     else:
-        pressure = f"{results['critical_pressure']:.6g}"
+        pressure = pascals(results["critical_pressure"])
         more = (results["point"], f"{results['projection']:.1e}") if path else ()
         table.add_row(pressure, str(results["harmonic"]), results["kind"], *more)
     for name, pressure in results.get("sides", {}).items():
-        said = "none" if pressure is None else f"{pressure:.6g}"
+        said = "none" if pressure is None else pascals(pressure)
         table.add_row(f"{name}: {said}", *rest)
     return table
 
@@ -130,25 +131,26 @@ def _critical_table(results: dict[str, Any]) -> Any:
 def _study_table(results: dict[str, Any]) -> Any:
     from rich.console import Group
 
-    table = _table("mesh", "pressure [Pa]", "harmonic")
+    table = _table("mesh", "pressure", "harmonic")
     for row in results["meshes"]:
         mesh = "x".join(map(str, row["divisions"]))
-        table.add_row(mesh, f"{row['critical_pressure']:.6g}", str(row["harmonic"]))
+        table.add_row(mesh, pascals(row["critical_pressure"]), str(row["harmonic"]))
     return Group(table, *(f"- {sentence}" for sentence in results["verdict"]))
 
 
 def _harmonics_table(results: dict[str, Any]) -> Any:
     sides = any("upper_bound" in row for row in results["chart"])
     last = ("upper bound",) if sides else ()
-    table = _table("harmonic", "pressure [Pa]", "kind", "residual", "lowest", *last)
+    table = _table("harmonic", "pressure", "kind", "residual", "lowest", *last)
     for row in results["chart"]:
         pressure = row["critical_pressure"]
-        said = "never unstable" if math.isinf(pressure) else f"{pressure:.6g}"
+        said = "never unstable" if math.isinf(pressure) else pascals(pressure)
         if pressure == 0:
             said = "0" if row.get("upper_bound", 0) else "unstable at any"
         error = f"{row['residual']:.0e}" if row["kind"] else ""
         first = "<--" if row["harmonic"] == results["harmonic"] and row["kind"] else ""
-        upper = (f"{row['upper_bound']:.6g}",) if sides else ()
+        bound = row.get("upper_bound", math.inf)
+        upper = ("none" if math.isinf(bound) else pascals(bound),) if sides else ()
         table.add_row(str(row["harmonic"]), said, row["kind"], error, first, *upper)
     return table
 
@@ -197,26 +199,27 @@ def show_findings(findings: Sequence[Any]) -> None:
 
 def _perturb_table(results: dict[str, Any]) -> Any:
     table = _table("", "value", "")
-    table.columns[1].justify = "right"
+    table.columns[2].justify = "left"
     energy = results["energy"]
+    unit, force = results["unit"], results["reaction_unit"]
     rows = [
-        ("volume, original", results["volume_original"], "m^3"),
-        ("volume, imposed", results["volume_imposed"], f"m^3, {results['imposed_ratio']:.5f} of it"),
-        ("volume, final", results["volume_final"], "m^3"),
-        ("reaction at the end of the ramp", results["reaction"], results["reaction_unit"]),
-        ("first contact", results["first_contact"], results["unit"]),
-        ("smallest gap", results["smallest_gap"], "m"),
-        ("lowest eigenvalue", results["min_eigenvalue"], "Pa/m"),
-        ("residual of the load", results["residual"], ""),
-        ("work of the constraint", energy["constraint"], "J"),
-        ("work of the gas", energy["pressure"], "J"),
-        ("gain in strain energy", energy["strain"], "J"),
-        ("contact energy", energy["contact"], "J"),
-        ("taken by damping", energy["damping"], "J"),
-        ("not accounted for", energy["closure"], f"J, {100 * energy['error']:.2g} %"),
+        ("volume, original", results["volume_original"], "m^3", ""),
+        ("volume, imposed", results["volume_imposed"], "m^3", f"{results['imposed_ratio']:.5f} of it"),
+        ("volume, final", results["volume_final"], "m^3", ""),
+        ("reaction at the end of the ramp", results["reaction"], force, ""),
+        ("first contact", results["first_contact"], unit, ""),
+        ("smallest gap", results["smallest_gap"], "m", ""),
+        ("lowest eigenvalue", results["min_eigenvalue"], "Pa/m", ""),
+        ("residual of the load", results["residual"], "", ""),
+        ("work of the constraint", energy["constraint"], "J", ""),
+        ("work of the gas", energy["pressure"], "J", ""),
+        ("gain in strain energy", energy["strain"], "J", ""),
+        ("contact energy", energy["contact"], "J", ""),
+        ("taken by damping", energy["damping"], "J", ""),
+        ("not accounted for", energy["closure"], "J", f"{100 * energy['error']:.2g} %"),
     ]
-    for name, value, unit in rows:
-        table.add_row(name, *(("none", "") if value is None else (f"{value:.6g}", unit)))
+    for name, value, one, more in rows:
+        table.add_row(name, *(("none", "") if value is None else (scaled(value, one), more)))
     return table
 
 

@@ -131,7 +131,8 @@ def _page(name: str, runs: list[Run], beside: Path | None) -> str:
         data=files.plain(shown | {"scenes": scenes, "regions": list(REGIONS.items())}),
         faults=faults,
         compared=compared,
-        warned=bool(faults) or any(part.warnings for part in parts),
+        warnings=_merged([(part.run.name, part.warnings) for part in parts]),
+        remarks=_merged([(part.run.name, part.verdict[1:]) for part in parts]),
         views_left=sum(part.views_left for part in parts),
         version=__version__,
         style=markupsafe.Markup(_text("report.css")),
@@ -209,6 +210,16 @@ def _part(run: Run, name: str, room: int) -> _Part:
         scene,
         views_left,
     )
+
+
+def _merged(said: Sequence[tuple[str, Sequence[str]]]) -> list[tuple[str, str]]:
+    """Whose each sentence is, in words, and the sentence: once, of however many runs it is."""
+    whose: dict[str, list[str]] = {}
+    for name, sentences in said:
+        for text in dict.fromkeys(sentences):
+            whose.setdefault(text, []).append(name)
+    names = {k: f"{k} runs" for k in range(4, len(said))} | {len(said): f"All {len(said)} runs"}
+    return [(names.get(len(of), ", ".join(of)), text) for text, of in whose.items()]
 
 
 def _sentences(run: Run) -> list[str]:

@@ -48,8 +48,8 @@ _ELSEWHERE = {
 }  # fmt: skip
 
 _MESHES = {
-    "falls": "This critical pressure depends on the mesh: it falls under refinement without a limit",
-    "open": "Whether this critical pressure depends on the mesh, the meshes of this study do not tell",
+    "falls": "This critical pressure depends on the mesh: it falls as the mesh is refined, without a limit",
+    "open": "The meshes of this study do not show whether the critical pressure depends on the mesh",
 }
 
 # units of a design's keys where they have one
@@ -67,7 +67,7 @@ def number(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.6g}".replace("-", "\N{MINUS SIGN}") if math.isfinite(value) else "none"
+        return f"{value:.4g}".replace("-", "\N{MINUS SIGN}") if math.isfinite(value) else "none"
     if isinstance(value, (list, tuple)):
         return ", ".join(number(v) for v in value)
     return str(value)

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from lobefem import units
-from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, in_degrees, pascals
+from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, in_degrees, pascals, scaled
 
 # written out, not taken from the module: a wrong factor there must not be right here
 LENGTHS = {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
@@ -57,7 +57,7 @@ def test_the_example_in_a_message_is_read(kind):
     ("pressure", "text"),
     [
         (0.0, "0 Pa"), (4.99951, "5 Pa"), (9999.0, "9999 Pa"), (9999.6, "10 kPa"), (12345.6, "12.35 kPa"),
-        (-5e4, "-50 kPa"), (math.inf, "inf kPa"),
+        (-5e4, "-50 kPa"), (math.inf, "inf Pa"),
     ],
 )  # fmt: skip
 def test_a_pressure_in_words(pressure, text):
@@ -114,3 +114,25 @@ def test_wrong_quantities_are_refused(kind, value, message):
     with pytest.raises(ValueError) as caught:  # noqa: PT011  the words are compared below
         kind.read(value)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "said"),
+    [
+        (5497.06, "Pa", "5497 Pa"),
+        (9999.7, "Pa", "10 kPa"),
+        (290608.0, "Pa", "290.6 kPa"),
+        (-2.45e8, "Pa", "-245 MPa"),
+        (2.5e-5, "m", "0.025 mm"),
+        (0.04, "m", "40 mm"),
+        (1.2, "m", "1.2 m"),
+        (3.9e-13, "m", "3.9e-13 m"),
+        (14800.0, "N", "14.8 kN"),
+        (2.15e9, "N", "2.15 GN"),
+        (0.0, "m", "0 m"),
+        (12.34567, "m^3", "12.35 m^3"),
+        (0.25, "", "0.25"),
+    ],
+)
+def test_numbers_are_told_with_a_handy_unit(value, unit, said):
+    assert scaled(value, unit) == said
