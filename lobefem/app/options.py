@@ -16,6 +16,7 @@ __all__ = [
     "NAMES",
     "OUTPUT",
     "AtPressure",
+    "Bar",
     "Bend",
     "Cell",
     "Contact",
@@ -28,6 +29,7 @@ __all__ = [
     "Format",
     "Harmonic",
     "Harmonics",
+    "HoopsOption",
     "Json",
     "Lift",
     "Limit",
@@ -51,6 +53,7 @@ __all__ = [
     "Report",
     "Resume",
     "RunDir",
+    "Settings",
     "Setup",
     "Slack",
     "State",
@@ -78,6 +81,7 @@ KEYS = {
     "load": "pressure.load",
     "pressure": "pressure.value",
     "support": "plates.support",
+    "bar": "plates.bar",
     "lift": "plates.lift",
     "divisions": "mesh.divisions",
     "cell": "mesh.cell",
@@ -125,6 +129,15 @@ Load = Annotated[Text, _option("--load", "LOAD", "film: gas on the film only; cl
 Support = Annotated[
     Text,
     _option("--support", "HOW", "clamped: bottom plate held; pinned: free to tilt; fixed: both held."),
+]
+
+Bar = Annotated[Text, _option("--bar", "BAR", "Between the plates: rigid, none, or EA such as '2.15 GN'.")]
+
+HoopsOption = Annotated[Text, _option("--hoops", "HOOPS", "At the seams: none, or EA such as '2.15 GN'.")]
+
+Settings = Annotated[
+    list[str] | None,
+    _option("--set", "KEY=VALUE", "Any key of the design, film.thickness='25 um'; repeat for more."),
 ]
 
 Lift = Annotated[Text, _option("--lift", "Z", "Raise the top rim, 0.004 or '4 mm', if fixed.")]
@@ -287,12 +300,15 @@ DESIGN: Group = {
     "film": (FilmLaw, None),
     "load": (Load, None),
     "support": (Support, None),
+    "bar": (Bar, None),
+    "hoops": (HoopsOption, None),
     "slack_stiffness": (Slack, None),
     "divisions": (Divisions, None),
     "cell": (Cell, None),
     "order": (Order, None),
     "lobes": (Lobes, None),
     "edge_radius": (EdgeRadius, None),
+    "settings": (Settings, None),
 }
 
 OUTPUT: Group = {

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Iterable
 from typing import Any
 
 from lobefem.errors import InputError
 
-__all__ = ["distortion", "divisions", "integer", "integers", "one_of", "positive", "pressure"]
+__all__ = ["distortion", "divisions", "integer", "integers", "one_of", "positive", "pressure", "settings"]
 
 
 def pressure(name: str, text: str) -> float:
@@ -95,3 +97,22 @@ def one_of(name: str, word: str, words: tuple[str, ...]) -> None:
     """Refuse a word that is none of the known ones."""
     if word not in words:
         raise InputError(f"{name}: {word!r} is unknown; use {' or '.join(words)}")
+
+
+def settings(name: str, texts: Iterable[str]) -> dict[str, Any]:
+    """Values by key from "film.thickness=25 um": of TOML where they are, text otherwise."""
+    values: dict[str, Any] = {}
+    for text in texts:
+        key, sign, value = (part.strip() for part in text.partition("="))
+        section, _, rest = key.partition(".")
+        if not (sign and section and rest and value):
+            raise InputError(
+                f"{name}: {text!r} is no section.key=value; give one such as film.thickness='25 um'"
+            )
+        if key in values:
+            raise InputError(f"{name}: {key} is given twice; give it once")
+        try:
+            values[key] = tomllib.loads(f"value = {value}")["value"]
+        except ValueError:
+            values[key] = value
+    return values

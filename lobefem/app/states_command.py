@@ -262,6 +262,7 @@ def check_state(state: str, design: Design) -> None:
 
 def summary(command: str, design: Design) -> dict[str, Any]:
     """The part of every result that describes its origin."""
+    bar = design.plates.bar
     return {
         "schema": SCHEMA,
         "command": command,
@@ -269,6 +270,8 @@ def summary(command: str, design: Design) -> dict[str, Any]:
         "film": design.film.law,
         "load": design.pressure.load,
         "support": design.plates.support,
+        "bar": "rigid" if bar is True else bar or None,
+        "hoops": design.hoops.EA if design.hoops.enabled else None,
         "lobes": design.shape.lobes,
         "radius": design.shape.size,
         "thickness": design.film.thickness,

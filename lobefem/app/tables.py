@@ -9,6 +9,7 @@ from typing import Any
 
 from lobefem.terminal import console
 from lobefem.units import pascals, scaled
+from lobefem.viz.assumptions import assumptions
 from lobefem.viz.verdict import verdict
 
 __all__ = ["printable", "show", "show_findings", "show_profile", "show_rows"]
@@ -34,7 +35,7 @@ def show(results: dict[str, Any]) -> None:
 
 
 def _caption(results: dict[str, Any]) -> str:
-    """The two lines above a table."""
+    """The lines above a table."""
     if results["command"] == "inflate":
         title = f"Equilibrium at {pascals(results['pressure'])}"
     elif results["command"] == "modes":
@@ -52,8 +53,7 @@ def _caption(results: dict[str, Any]) -> str:
     mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
     radius, thickness = scaled(results["radius"], "m"), scaled(results["thickness"], "m")
     size = f"radius {radius}, {thickness} of {results['film']} film"
-    design = f"{size}, {results['load']} load, {results['support']}"
-    return f"{title}\n{lobes}, {design}, {mesh}"
+    return f"{title}\n{lobes}, {size}, {mesh}\n{', '.join(assumptions(results))}"
 
 
 def _table(*columns: str) -> Any:

@@ -23,6 +23,8 @@ COMMON: dict[str, Entry] = {
     "film": ("", "film law"),
     "load": ("", "film or closed"),
     "support": ("", "clamped, pinned or fixed"),
+    "bar": ("N", "central bar between the end plates: rigid, its EA, or null without one"),
+    "hoops": ("N", "EA of the hoops at the seams; null without hoops"),
     "lobes": ("", "number of lobes"),
     "radius": ("m", "of the design's shape: its R0, edge_radius or radius, as given"),
     "thickness": ("m", "of the film"),

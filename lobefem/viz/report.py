@@ -27,6 +27,7 @@ from lobefem.io.run_reader import Run, find_runs, load_run
 from lobefem.log import logger
 from lobefem.version import __version__
 from lobefem.viz import report_charts, report_shapes, report_tables
+from lobefem.viz.assumptions import assumptions
 from lobefem.viz.report_charts import Chart
 from lobefem.viz.report_shapes import Picture
 from lobefem.viz.report_tables import Table
@@ -272,8 +273,7 @@ def _subtitle(run: Run) -> str:
     lobes, mesh = results.get("lobes"), results.get("divisions")
     said = [] if lobes is None else ["1 lobe" if lobes == 1 else f"{lobes} lobes"]
     said += [f"{results['film']} film"] if results.get("film") else []
-    said += [f"{results['load']} load"] if results.get("load") else []
-    said += [str(results["support"])] if results.get("support") else []
+    said += assumptions(results)
     if isinstance(mesh, list) and results.get("command") != "mesh-study":
         said.append(" × ".join(map(str, mesh)) + " divisions")
     return ", ".join(said)

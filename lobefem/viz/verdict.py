@@ -120,7 +120,7 @@ def _critical(results: Results) -> list[str]:
         if not reason:
             return []
         on_mesh = _on_mesh(results) if results.get("film") != "fixed-wrinkles" else []
-        return [f"{reason[:1].upper()}{reason[1:]}.", *on_mesh, *_gas(results)]
+        return [f"{reason[:1].upper()}{reason[1:]}.", *on_mesh, *_assumed(results)]
     where = _looked_at(results)
     moves = _moves(_kind(results), results.get("harmonic"), results.get("lobes"))
     if results.get("point") == "limit point":
@@ -136,7 +136,7 @@ def _critical(results: Results) -> list[str]:
         end = f"unstable above {pascals(bounds[1])}" if upper else "no upper bound found"
         rest = "Between them" if upper else "Above that"
         first = f"Stable{where} below {pascals(bounds[0])}, {end}. {rest} {_NO_ANSWER}."
-    return [first, *_on_mesh(results), *_gas(results)]
+    return [first, *_on_mesh(results), *_assumed(results)]
 
 
 def _from_nothing(results: Results) -> list[str]:
@@ -151,9 +151,16 @@ def _from_nothing(results: Results) -> list[str]:
     return [f"Unstable above {pascals(upper)}. Below that {_NO_ANSWER}."]
 
 
-def _gas(results: Results) -> list[str]:
-    """A sentence on where the gas presses, which changes a critical pressure several times over."""
-    if results.get("load") != "film" or results.get("support") == "fixed":
+def _assumed(results: Results) -> list[str]:
+    """A sentence on the load or the bar, which change a critical pressure several times over."""
+    if results.get("support") == "fixed":
+        return []
+    if results.get("load") == "closed" and results.get("bar") == "rigid":
+        return [
+            "This run has a rigid bar along the axis, which decides much in a closed balloon: if yours has "
+            "none, add --bar none."
+        ]
+    if results.get("load") != "film":
         return []
     return [
         "In this run the gas does not press on the end plates (--load film). In a closed balloon it does, "
@@ -208,7 +215,7 @@ def _modes(results: Results) -> list[str]:
             moves = _moves(lowest.get("kind"), lowest.get("harmonic"), results.get("lobes"))
             said.append(f"Unstable at {pascals(entry['pressure'])}: {moves}.")
     if said:
-        said += [*_flutter(known), *_on_mesh(results), *_gas(results)]
+        said += [*_flutter(known), *_on_mesh(results), *_assumed(results)]
     return said
 
 

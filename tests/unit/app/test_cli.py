@@ -59,7 +59,9 @@ def test_a_table_where_no_json_is_asked_for(shared_path, capfd, comm):
     mode = json.loads(path.read_text())["pressures"][0]["modes"][0]
     if comm.rank == 0:
         assert f"{mode['real']:.4g}" in out
-        assert "1 lobe, radius 2 m, 0.05 mm of fixed-wrinkles film, film load, clamped, 6x10" in out
+        assert (
+            "1 lobe, radius 2 m, 0.05 mm of fixed-wrinkles film, 6x10\nfilm load, clamped, rigid bar\n" in out
+        )
         assert "Stable at 1000 Pa.\n" in out
     else:
         assert out == ""
@@ -83,6 +85,26 @@ def test_tables_of_the_other_commands(capfd, comm):
         )
     else:
         assert out == err == ""
+
+
+def test_bar_hoops_and_any_key_are_changed_and_named(shared_path, lobefem_json, capfd, comm):
+    folder = shared_path / "run"
+    common = ("inflate", SINGLE, *COARSE, "--lobes", "2", "--pressure", "5")
+    results, code = lobefem_json(*common, "--out", folder, "--bar", "none", "--hoops", "1 MN",
+                                 "--set", "film.thickness=25 um", "--set", "film.prestress=true",
+                                 "--set", "mesh.cell='quadrilateral'")  # fmt: skip
+    assert code == 0
+    assert (results["bar"], results["hoops"], results["thickness"]) == (None, 1e6, 2.5e-5)
+    assert results["bar_force"] is None
+    assert results["prestress"] == 5.0
+    assert 'cell = "quadrilateral"' in (folder / "design.toml").read_text()
+    results, _ = lobefem_json(*common, "--bar", "2 GN", "--hoops", "none")
+    assert (results["bar"], results["hoops"], results["hoop_tension"]) == (2e9, None, [])
+    capfd.readouterr()
+    assert cli.main([*map(str, common), "--load", "closed"]) == 0
+    out, _ = capfd.readouterr()
+    if comm.rank == 0:
+        assert "\nclosed load, clamped, rigid bar, hoops of EA 2.15 GN\n" in out
 
 
 def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
@@ -134,6 +156,15 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
     [
         (("--bad",), "No such option: --bad; see lobefem --help"),
         (("explode",), "No such command 'explode'; see lobefem --help"),
+        (("inflate", SINGLE, "--set", "film.E"), "--set: 'film.E' is no section.key=value; give one such as"),
+        (("inflate", SINGLE, "--set", "film.thicknes=1"), "'film.thicknes' is no key of [film]; use"),
+        (("inflate", SINGLE, "--set", "film.nu=9"), "film.nu: 9 must be in (-1, 0.5]"),
+        (("inflate", SINGLE, "--set", "film.nu=0", "--set", "film.nu=0.1"), "--set: film.nu is given twice"),
+        (("inflate", SINGLE, "--set", "film.law=imp", "--film", "imp"),
+         "--set film.law and --film give the same key; leave out one"),
+        (("inflate", SINGLE, "--set", "hoops.EA=1", "--hoops", "2"), "--set hoops.EA and --hoops give the"),
+        (("inflate", SINGLE, "--hoops", "5 m"), "--hoops: '5 m' is not a force; give newtons"),
+        (("inflate", SINGLE, "--bar", "steel"), "--bar: 'steel' is no bar; give true (rigid), false (none)"),
         (("modes",), "Missing argument 'DESIGN.toml'; see lobefem modes --help"),
         (("modes", SINGLE, "--presure", "5"), "No such option: --presure"),
         (("modes", SINGLE, "--film"), "requires an argument; see lobefem"),

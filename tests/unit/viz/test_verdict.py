@@ -95,7 +95,10 @@ def test_pressures_of_modes():
 def test_where_the_gas_presses_is_said_where_it_matters():
     critical = {"command": "critical", **FOUND, "support": "clamped"}
     assert "--load closed" in verdict(critical | {"load": "film"})[-1]
-    for other in ({"load": "closed"}, {"load": "film", "support": "fixed"}):
+    bar = verdict(critical | {"load": "closed", "bar": "rigid"})[-1]
+    assert bar.endswith("if yours has none, add --bar none.")
+    for other in ({"load": "closed"}, {"load": "closed", "bar": None}, {"load": "film", "support": "fixed"}):
+        assert "--bar none" not in " ".join(verdict(critical | other))
         assert "--load closed" not in " ".join(verdict(critical | other))
 
 
