@@ -43,8 +43,8 @@ _CONVERGENCE = ("converged", "iterations", "residual", "relative_residual", "ste
 # what the header, another table or a chart says
 _ELSEWHERE = {
     "schema", "command", "title", "version", "versions", "warnings", "profile", "film", "load", "support",
-    "bar", "hoops", "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited", "rows", "lowest",
-    "low_harmonics", "shown",
+    "bar", "hoops", "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited", "rows",
+    "lowest", "low_harmonics", "shown",
 }  # fmt: skip
 
 _MESHES = {
