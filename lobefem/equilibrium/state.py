@@ -95,6 +95,10 @@ class Equilibrium(Frozen, Summarized):
         self.balloon.set_unknowns(q)
         return q
 
+    def nodes(self) -> Array:
+        """This rank's nodes as meshed, in the order of `displacement`, ghosts included, (nodes, 3) [m]."""
+        return self.balloon.X
+
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
         self.restore()
@@ -108,7 +112,8 @@ class Equilibrium(Frozen, Summarized):
     def to_pyvista(self) -> Any:
         """The film in this state as a PyVista grid on rank 0, None elsewhere. Collective.
 
-        Points are where the nodes are now. Point data "displacement" [m]; cell data "stress_resultants"
+        Points are where the nodes are now, in the order of `nodes()` and `displacement`, those of rank 0
+        first. Point data "displacement" [m]; cell data "stress_resultants"
         (N_m, N_h, N_mh) [N/m], "regions" (shares of taut, wrinkled and slack film) and "lobe". Rank 0
         gathers all of it: see `lobefem.geometry.gather.gather` for what that takes.
         """
@@ -119,7 +124,7 @@ class Equilibrium(Frozen, Summarized):
             "lobe": balloon.surface.lobe_numbers(),
         }
         nodal = {"displacement": gather.at_nodes(balloon.V, self.displacement)}
-        whole = gather.gather(balloon.mesh, nodal, cellwise)
+        whole = gather.gather(balloon.mesh, nodal, cellwise, balloon.V)
         if whole is None:
             return None
         grid = gather.to_pyvista(whole)

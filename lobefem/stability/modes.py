@@ -67,6 +67,7 @@ class Mode(Frozen):
         displacement: this rank's nodal displacements of phi, ghosts included, (nodes, 3), real part,
             largest nodal displacement 1.
         displacement_imag: imaginary part on the same scale; zero for a real eigenvalue.
+        points: this rank's nodes as meshed, ghosts included, (nodes, 3) [m].
     """
 
     value: complex
@@ -76,6 +77,11 @@ class Mode(Frozen):
     kind: str
     displacement: Array = field(repr=False)
     displacement_imag: Array = field(repr=False)
+    points: Array = field(repr=False)
+
+    def nodes(self) -> Array:
+        """This rank's nodes as meshed, in the order of `displacement`, ghosts included, (nodes, 3) [m]."""
+        return self.points
 
     @property
     def rigid(self) -> bool:
@@ -125,7 +131,8 @@ class Modes(Summarized):
     def to_pyvista(self, index: int = 0) -> Any:
         """The film with one mode as a PyVista grid on rank 0, None elsewhere. Collective.
 
-        Points are where the state's nodes are. Point data "mode" and "mode_imag" (largest length 1), and the
+        Points are where the state's nodes are, in the order of `Mode.nodes` and `Mode.displacement`, those of
+        rank 0 first. Point data "mode" and "mode_imag" (largest length 1), and the
         state's "displacement" [m]; cell data "lobe". `grid.warp_by_vector("mode", factor=0.3)` is the
         balloon as it moves. Rank 0 gathers all of it: see `lobefem.geometry.gather.gather` for what that
         takes.
@@ -142,7 +149,7 @@ class Modes(Summarized):
             "mode_imag": mode.displacement_imag,
         }
         nodal = {name: gather.at_nodes(balloon.V, field) for name, field in fields.items()}
-        whole = gather.gather(balloon.mesh, nodal, {"lobe": balloon.surface.lobe_numbers()})
+        whole = gather.gather(balloon.mesh, nodal, {"lobe": balloon.surface.lobe_numbers()}, balloon.V)
         if whole is None:
             return None
         grid = gather.to_pyvista(whole)
@@ -416,4 +423,5 @@ def make_mode(balloon: Balloon, q: Any, pair: Pair, error: float, harmonic: int 
         kind=RIGID if _turns(balloon, q, real, imag) else kind_of(balloon, real + 1j * imag, n),
         displacement=real,
         displacement_imag=imag,
+        points=balloon.X,
     )
