@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 from lobefem.app import advice
-from lobefem.app.states_command import FIELDS, Outcome, check_state, failure, summary
+from lobefem.app.states_command import FIELDS, Outcome, borne, check_state, failure, summary
+from lobefem.equilibrium.state import Equilibrium, ideal_state
 from lobefem.errors import InputError, SolveError
 from lobefem.io.design import Design
 from lobefem.io.run_folder import RunFolder
@@ -99,6 +101,12 @@ def critical(
     if found.pressure == 0.0 and results.get("bounds", [0.0, 0.0])[1] != 0.0:
         results["reason"] = "the lower bound is zero, and between the bounds the film model gives no answer"
     results["warnings"] += advice.of_pressures(design, [results["critical_pressure"]])
+    if results["critical_pressure"]:
+        _borne(results, ideal_state(balloon, found.pressure))
+    if design.film.strength is not None and found.pressure > 0:
+        # the ideal state's stress is proportional to the pressure
+        reached = design.film.strength / ideal_state(balloon, 1.0).max_stress().value
+        results["strength_pressure"] = reached if reached <= found.pressure else None
     if found.mode is not None:
         outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (found.mode,)))
     return outcome
@@ -136,13 +144,22 @@ def _along_path(
             "leave it out, or look at one with lobefem modes --state inflated"
         )
     balloon = design.balloon(design.surface(comm))
+    strength = design.film.strength
+    stresses = {0.0: 0.0}  # by pressure, on the way
+
+    def keep(state: Equilibrium, notes: dict[str, Any]) -> None:
+        if strength is not None:
+            stresses[state.pressure] = state.max_stress().value
+        if folder is not None:
+            folder.keep(state, notes)
+
     try:
         found = critical_point(
             balloon,
             start=min(100.0, limit / 20),
             limit=limit,
             resume=None if folder is None else folder.kept(balloon),
-            keep=None if folder is None else folder.keep,
+            keep=keep,
             progress=plain(progress),
         )
     except SolveError as error:
@@ -165,11 +182,28 @@ def _along_path(
         "visited": [list(pair) for pair in found.visited],
         "limit": limit,
     }
+    _borne(results, found.state)
+    if strength is not None:
+        stresses[found.state.pressure] = results["max_stress"]
+        results["strength_pressure"] = _reached(stresses, strength)
     results["warnings"] += advice.of_pressures(design, [results["critical_pressure"]])
     if mode is None:
         results["reason"] = f"no instability found up to {pascals(limit)}, the end of the search (--limit)"
     modes = () if mode is None else (mode,)
     outcome.snapshots.append(Snapshot(balloon, found.state.pressure, found.state, modes))
+
+
+def _borne(results: dict[str, Any], state: Equilibrium) -> None:
+    """What film, hoops and bar bear in a state, into the results. Collective."""
+    results |= {"hoop_tension": state.hoop_tension, "bar_force": state.bar_force} | borne(state)
+
+
+def _reached(stresses: dict[float, float], strength: float) -> float | None:
+    """The pressure at which the film's stress reaches its strength, by lines between those known."""
+    for (p, low), (q, high) in pairwise(sorted(stresses.items())):
+        if low < strength <= high:
+            return p + (strength - low) / (high - low) * (q - p)
+    return None
 
 
 def harmonics(

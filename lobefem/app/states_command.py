@@ -29,6 +29,7 @@ __all__ = [
     "SCHEMA",
     "STATES",
     "Outcome",
+    "borne",
     "check_state",
     "failure",
     "inflate",
@@ -48,6 +49,8 @@ _EQUILIBRIUM = (
     "volume", "strain_energy", "max_displacement", "bar_force", "hoop_tension", "taut_area",
     "wrinkled_area", "slack_area", "num_dofs", "steps",
 )  # fmt: skip
+
+_PEAKS = ("max_stress", "max_stress_place", "max_strain", "max_strain_place")
 
 
 @dataclass
@@ -90,7 +93,7 @@ def inflate(
         raise InputError(
             f"inflate takes one pressure, not {_list(pressures)}; give one, e.g. --pressure {pressures[-1]:g}"
         )
-    outcome = Outcome(summary("inflate", design) | dict.fromkeys(_EQUILIBRIUM))
+    outcome = Outcome(summary("inflate", design) | dict.fromkeys((*_EQUILIBRIUM, *_PEAKS)))
     outcome.results["warnings"] += advice.of_pressures(design, pressures)
     balloon = design.balloon(design.surface(comm))
     state: Equilibrium | None
@@ -102,7 +105,7 @@ def inflate(
     except SolveError as error:
         outcome.error, state = error, error.state
     if state is not None:
-        outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM}
+        outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM} | borne(state)
         outcome.snapshots.append(Snapshot(balloon, state.pressure, state))
     if outcome.error is not None:
         outcome.results |= failure(outcome.error)
@@ -205,7 +208,9 @@ def modes(
             "num_negative": found.num_negative,
             "state_residual": held.relative_residual,
             "volume": held.volume,
-        }
+            "hoop_tension": held.hoop_tension,
+            "bar_force": held.bar_force,
+        } | borne(held)
         if sides is not None:
             entry |= {
                 "mean_modes": [mode_data(mode) for mode in sides.mean.modes],
@@ -275,9 +280,16 @@ def summary(command: str, design: Design) -> dict[str, Any]:
         "lobes": design.shape.lobes,
         "radius": design.shape.size,
         "thickness": design.film.thickness,
+        "strength": design.film.strength,
         "divisions": design.mesh.divisions,
         "warnings": advice.of_design(design),
     }
+
+
+def borne(state: Equilibrium) -> dict[str, Any]:
+    """Largest stress and strain of a state's film and their places, for the results. Collective."""
+    stress, strain = state.max_stress(), state.max_strain()
+    return dict(zip(_PEAKS, (stress.value, stress.place, strain.value, strain.place), strict=True))
 
 
 def mode_data(mode: Mode) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from lobefem.terminal import console
@@ -72,6 +72,10 @@ _QUANTITIES = (
     ("max_displacement", "m"),
     ("bar_force", "N"),
     ("hoop_tension", "N"),
+    ("max_stress", "Pa"),
+    ("max_stress_place", "m"),
+    ("max_strain", ""),
+    ("max_strain_place", "m"),
     ("taut_area", "m^2"),
     ("wrinkled_area", "m^2"),
     ("slack_area", "m^2"),
@@ -82,9 +86,13 @@ _QUANTITIES = (
 
 
 def _inflate_table(results: dict[str, Any]) -> Any:
+    return _quantities(results, _QUANTITIES)
+
+
+def _quantities(results: dict[str, Any], quantities: Iterable[tuple[str, str]]) -> Any:
     table = _table("", "value")
-    for key, unit in _QUANTITIES:
-        value = results[key]
+    for key, unit in quantities:
+        value = results.get(key)
         if value is None or value == ():
             continue
         values = value if isinstance(value, tuple) else (value,)
@@ -108,7 +116,9 @@ def _modes_table(results: dict[str, Any]) -> Any:
                 f"{mode['residual']:.0e}",
             )
         verdict = entry.get("verdict", "stable" if entry["stable"] else "unstable")
-        table.add_row("", "", verdict, end_section=True)
+        stress = entry.get("max_stress")
+        said = () if stress is None else ("", "", "film up to", scaled(stress, "Pa"))
+        table.add_row("", "", verdict, *said, end_section=True)
     return table
 
 
@@ -125,7 +135,12 @@ def _critical_table(results: dict[str, Any]) -> Any:
     for name, pressure in results.get("sides", {}).items():
         said = "none" if pressure is None else pascals(pressure)
         table.add_row(f"{name}: {said}", *rest)
-    return table
+    if "max_stress" not in results:
+        return table
+    from rich.console import Group
+
+    keys = ("max_stress", "max_strain", "hoop_tension", "bar_force")
+    return Group(table, _quantities(results, [q for q in _QUANTITIES if q[0] in keys]))
 
 
 def _study_table(results: dict[str, Any]) -> Any:

@@ -10,8 +10,9 @@ from typing import Any, Protocol
 from lobefem import checks
 from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
-from lobefem.fem import functionals, rigid_motions
+from lobefem.fem import functionals, peaks, rigid_motions
 from lobefem.fem.balloon import Balloon
+from lobefem.fem.peaks import Peak
 from lobefem.frozen import Frozen
 from lobefem.geometry import gather
 from lobefem.linalg import petsc
@@ -103,6 +104,16 @@ class Equilibrium(Frozen, Summarized):
         """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
         self.restore()
         return functionals.stress_resultants(self.balloon)
+
+    def max_stress(self) -> Peak:
+        """The film's largest principal stress [Pa] over its thickness as built, and where. Collective."""
+        self.restore()
+        return peaks.largest_stress(self.balloon)
+
+    def max_strain(self) -> Peak:
+        """The film's largest principal strain, built-in strain included, and where. Collective."""
+        self.restore()
+        return peaks.largest_strain(self.balloon)
 
     def regions(self) -> Any:
         """Shares (taut, wrinkled, slack) of each cell as a piecewise constant function. Collective."""

@@ -230,7 +230,8 @@ class Film(Section):
 
     `setup` says how the built-in stress of `prestress` is found: in closed form, or by inflating unstressed
     film with the prescribed load path at the design's pressure. `tangent` is Newton's for laws that are
-    written as a stress.
+    written as a stress. `strength` is the stress at which the film breaks; it changes no result, but what is
+    said of it.
     """
 
     law: Annotated[str, _word("isotropic", "fixed-wrinkles", "tension-field", "imp", "load-path")] = (
@@ -244,6 +245,7 @@ class Film(Section):
     hoop_slack: Annotated[float, _quantity(NUMBER, "in [0, 1)", lambda v: 0 <= v < 1)] = 0.0
     setup: Annotated[str, _word("initial-stress", "load-path")] = "initial-stress"
     tangent: Annotated[str, _word("consistent", "secant")] = "consistent"
+    strength: Annotated[float | None, _positive(STRESS)] = None
 
     @model_validator(mode="after")
     def _one_law(self) -> Film:

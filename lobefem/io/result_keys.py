@@ -28,6 +28,7 @@ COMMON: dict[str, Entry] = {
     "lobes": ("", "number of lobes"),
     "radius": ("m", "of the design's shape: its R0, edge_radius or radius, as given"),
     "thickness": ("m", "of the film"),
+    "strength": ("Pa", "stress at which the film breaks, as the design gives it; null without"),
     "divisions": ("", "cells along a lobe and around; null on a mesh without"),
     "converged": ("", "false where the solve failed; of inflate always there"),
     "reason": ("", "why a solve or a search ended, in words"),
@@ -61,6 +62,22 @@ def _trend(at: str, what: str) -> dict[str, Entry]:
     }
 
 
+def _peaks(at: str, where: str) -> dict[str, Entry]:
+    return {
+        f"{at}max_stress": (
+            "Pa",
+            f"largest principal stress of the film{where}, thickness as built",
+        ),
+        f"{at}max_stress_place": ("m", "middle of the cell that has it, as meshed (x, y, z)"),
+        f"{at}max_strain": ("", f"largest principal strain of the film{where}, built-in strain included"),
+        f"{at}max_strain_place": ("m", "middle of the cell that has it, as meshed (x, y, z)"),
+    }
+
+
+_HOOPS: Entry = ("N", "mean tension of each hoop")
+
+_BAR: Entry = ("N", "tension positive; null without a bar or with both rims held")
+
 _HARMONIC: Entry = ("", "circumferential harmonic n of the critical mode, null without one")
 
 _BOUNDS: Entry = ("Pa", "lower and upper bound, of tension-field film only")
@@ -78,8 +95,9 @@ COMMANDS: dict[str, dict[str, Entry]] = {
             "m",
             "largest nodal displacement, without the tilt that a pinned support leaves free",
         ),
-        "bar_force": ("N", "tension positive; null without a bar or with both rims held"),
-        "hoop_tension": ("N", "mean tension of each hoop"),
+        "bar_force": _BAR,
+        "hoop_tension": _HOOPS,
+        **_peaks("", ""),
         "taut_area": ("m^2", "area of the undeformed film that is taut"),
         "wrinkled_area": ("m^2", "that is wrinkled"),
         "slack_area": ("m^2", "that is slack"),
@@ -104,6 +122,9 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         ),
         "pressures[].state_residual": ("", "of the state, over the norm of the pressure's nodal forces"),
         "pressures[].volume": ("m^3", "enclosed by film and plates"),
+        "pressures[].hoop_tension": _HOOPS,
+        "pressures[].bar_force": _BAR,
+        **_peaks("pressures[].", ""),
         "pressures[].bounds": (
             "Pa/m",
             "bounds of the least growth, of tension-field film's ideal state only",
@@ -126,6 +147,13 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "kind": ("", "of the critical mode: sway, twist, global or local"),
         "residual": ("", "of the critical mode"),
         "pressures": ("Pa", "critical pressures that were found, ascending; of the ideal state"),
+        **_peaks("", " at that pressure, or where the search ended"),
+        "hoop_tension": ("N", "mean tension of each hoop there"),
+        "bar_force": ("N", "there, tension positive; null without a bar or with both rims held"),
+        "strength_pressure": (
+            "Pa",
+            "at which the film reaches its strength; null where it is not reached; with film.strength only",
+        ),
         "bounds": _BOUNDS,
         "sides.*": ("Pa", "of the wrinkled, the mean and the taut tangent; of tension-field film only"),
         "point": ("", "bifurcation or limit point; this and what follows of inflated states"),

@@ -9,6 +9,7 @@ from typing import Any
 
 from lobefem.io import result_keys
 from lobefem.io.run_reader import Run
+from lobefem.units import scaled
 from lobefem.viz.style import UNITS
 
 __all__ = [
@@ -55,8 +56,8 @@ _MESHES = {
 # units of a design's keys where they have one
 _DESIGN_UNITS = {
     "edge_radius": "m", "R0": "m", "radius": "m", "length": "m", "forming_pressure": "Pa",
-    "forming_stiffness": "N/m", "size": "m", "E": "Pa", "thickness": "m", "EA": "N", "lift": "m",
-    "value": "Pa",
+    "forming_stiffness": "N/m", "size": "m", "E": "Pa", "strength": "Pa", "thickness": "m", "EA": "N",
+    "lift": "m", "value": "Pa",
 }  # fmt: skip
 
 
@@ -111,7 +112,10 @@ def _told(results: Mapping[str, Any], caption: str, keys: Sequence[str]) -> Tabl
         unit, meaning = _meaning(str(results.get("command")), key)
         unit = str(results.get(unit, "")) if unit in ("unit", "reaction_unit") else unit
         words = key.replace("_", " ").replace(".", ", ")
-        rows.append((words, number(found[key]), unit.replace("^2", "²").replace("^3", "³"), meaning))
+        value = number(found[key])
+        if isinstance(found[key], float) and math.isfinite(found[key]) and unit:
+            value, _, unit = scaled(found[key], unit).replace("-", "\N{MINUS SIGN}").partition(" ")
+        rows.append((words, value, unit.replace("^2", "²").replace("^3", "³"), meaning))
     return Table(caption, ("quantity", "value", "unit", "meaning"), tuple(rows))
 
 
@@ -203,6 +207,10 @@ def pressures(run: Run) -> Table | None:
         ],
         "negative eigenvalues": [number(entry.get("num_negative")) for entry in entries],
         "volume [m³]": [number(entry.get("volume")) for entry in entries],
+        "largest film stress [MPa]": [
+            number(1e-6 * stress if isinstance(stress := entry.get("max_stress"), float) else None)
+            for entry in entries
+        ],
         "bounds of the lowest [Pa/m]": [number(entry.get("bounds")) for entry in entries],
     }
     told = {head: column for head, column in columns.items() if any(cell != "none" for cell in column)}

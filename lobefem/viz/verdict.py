@@ -105,7 +105,8 @@ def _on_mesh(results: Results) -> list[str]:
 def _inflate(results: Results) -> list[str]:
     if not _is_pressure(results.get("pressure")) or not results.get("converged"):
         return []
-    return [f"Equilibrium found at {pascals(results['pressure'])}. Run lobefem modes to check its stability."]
+    found = f"Equilibrium found at {pascals(results['pressure'])}. Run lobefem modes to check its stability."
+    return [found, *_bears(results)]
 
 
 # --- critical pressures -------------------------------------------------------------------------
@@ -120,7 +121,8 @@ def _critical(results: Results) -> list[str]:
         if not reason:
             return []
         on_mesh = _on_mesh(results) if results.get("film") != "fixed-wrinkles" else []
-        return [f"{reason[:1].upper()}{reason[1:]}.", *on_mesh, *_assumed(results)]
+        first = f"{reason[:1].upper()}{reason[1:]}."
+        return [*_breaks(results), first, *_bears(results), *on_mesh, *_assumed(results)]
     where = _looked_at(results)
     moves = _moves(_kind(results), results.get("harmonic"), results.get("lobes"))
     if results.get("point") == "limit point":
@@ -136,7 +138,35 @@ def _critical(results: Results) -> list[str]:
         end = f"unstable above {pascals(bounds[1])}" if upper else "no upper bound found"
         rest = "Between them" if upper else "Above that"
         first = f"Stable{where} below {pascals(bounds[0])}, {end}. {rest} {_NO_ANSWER}."
-    return [first, *_on_mesh(results), *_assumed(results)]
+    return [*_breaks(results), first, *_bears(results), *_on_mesh(results), *_assumed(results)]
+
+
+def _breaks(results: Results) -> list[str]:
+    """A sentence on film that breaks before the balloon turns unstable, or before the search ended."""
+    reached: Any = results.get("strength_pressure")
+    strength: Any = results.get("strength")
+    critical: Any = results.get("critical_pressure")
+    if not _is_pressure(reached) or not _is_pressure(strength):
+        return []
+    known = _is_pressure(critical)
+    before = f", before the balloon turns unstable at {pascals(critical)}" if known else ""
+    return [f"The film reaches its strength of {pascals(strength)} at about {pascals(reached)}{before}."]
+
+
+def _bears(results: Results) -> list[str]:
+    """A sentence on the film's largest stress, beside its strength where that is known."""
+    stress: Any = results.get("max_stress")
+    strength: Any = results.get("strength")
+    pressure: Any = results.get("pressure")
+    if not _is_pressure(stress) or _is_pressure(results.get("strength_pressure")):
+        return []
+    there = f"at {pascals(pressure)}" if _is_pressure(pressure) else "there"
+    told = f"The film is stressed to {pascals(stress)} at most {there}"
+    if not _is_pressure(strength):
+        return [f"{told}; compare that with its strength (film.strength)."]
+    if stress < strength:
+        return [f"{told}, {100 * stress / strength:.0f} % of its strength."]
+    return [f"{told}, beyond its strength of {pascals(strength)}: it breaks before."]
 
 
 def _from_nothing(results: Results) -> list[str]:
@@ -215,7 +245,8 @@ def _modes(results: Results) -> list[str]:
             moves = _moves(lowest.get("kind"), lowest.get("harmonic"), results.get("lobes"))
             said.append(f"Unstable at {pascals(entry['pressure'])}: {moves}.")
     if said:
-        said += [*_flutter(known), *_on_mesh(results), *_assumed(results)]
+        highest = max(known, key=lambda entry: entry["pressure"])
+        said += [*_flutter(known), *_bears({**results, **highest}), *_on_mesh(results), *_assumed(results)]
     return said
 
 

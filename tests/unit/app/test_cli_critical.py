@@ -63,6 +63,29 @@ def test_the_chart_of_harmonics_holds_the_critical_pressure(lobefem_json, shared
     assert some["chart"][1]["critical_pressure"] == pytest.approx(chart["chart"][2]["critical_pressure"])
 
 
+def test_where_the_film_breaks_before_it_buckles(lobefem_json):
+    """The pressure of the film's strength, between those of the path; exact in the ideal state."""
+    film = ("--set", "film.strength=20 MPa", "--divisions", "4x8", "--film", "tension-field")
+    path = ("--load", "closed", "--state", "inflated", "--limit", "6 kPa")
+    found, code = lobefem_json("critical", STACK4, *film, *path)
+    assert code == 0
+    assert found["strength"] == 2e7 < found["max_stress"]
+    assert len(found["hoop_tension"]) == 3
+    reached = found["strength_pressure"]
+    assert 0 < reached < (found["critical_pressure"] or found["limit"])
+    there, _ = lobefem_json("inflate", STACK4, *film, "--load", "closed", "--pressure", reached)
+    assert there["max_stress"] == pytest.approx(2e7, rel=0.05)
+    assert "reaches its strength of 20 MPa" in verdict(found)[0]
+    held, _ = lobefem_json("critical", SINGLE, "--divisions", "8x12", "--set", "film.strength=20 MPa")
+    share = held["strength_pressure"] / held["critical_pressure"]
+    assert share * held["max_stress"] == pytest.approx(2e7)
+    weak, _ = lobefem_json("critical", SINGLE, "--divisions", "8x12", "--set", "film.strength=1e14")
+    assert weak["strength_pressure"] is None
+    stable, _ = lobefem_json("critical", SINGLE, "--divisions", "4x8", "--set", "film.strength=20 MPa")
+    assert stable["critical_pressure"] is None
+    assert stable["strength_pressure"] == pytest.approx(held["strength_pressure"], rel=0.2)
+
+
 @pytest.mark.serial
 @pytest.mark.slow
 def test_the_critical_pressure_along_inflated_states(lobefem_json):

@@ -131,7 +131,7 @@ def test_overrides_as_text_from_the_command_line():
         ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates or pressure "
          "(did you mean film?)"),
         ("[film]\nthicknes = 1", "'film.thicknes' is no key of [film]; use law, E, nu, thickness, "
-         "slack_stiffness, prestress, hoop_slack, setup or tangent (did you mean thickness?)"),
+         "slack_stiffness, prestress, hoop_slack, setup, tangent or strength (did you mean thickness?)"),
         ("film = 3", "film: 3 is not a table; write [film] and its keys below"),
         ("[film]\nthickness = '5 kPa'",
          "film.thickness: '5 kPa' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),

@@ -92,6 +92,33 @@ def test_pressures_of_modes():
     assert verdict(warned | {"warnings": []})[-1].startswith("With fixed wrinkles the critical pressure")
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"strength": 1.7e8, "strength_pressure": 3900.0},
+         "The film reaches its strength of 170 MPa at about 3900 Pa, before the balloon turns unstable"),
+        ({"strength": None}, "The film is stressed to 245 MPa at most there; compare that with its strength"),
+        ({"strength": 4.9e8, "strength_pressure": None},
+         "The film is stressed to 245 MPa at most there, 50 % of its strength."),
+    ],
+)  # fmt: skip
+def test_what_breaks_first_is_named(more, said):
+    sentences = verdict({"command": "critical", **FOUND, "max_stress": 2.45e8, **more})
+    first = next(k for k, sentence in enumerate(sentences) if sentence.startswith(said))
+    assert first == (0 if more.get("strength_pressure") else 1)
+    assert sum("strength" in sentence for sentence in sentences) == 1
+
+
+def test_film_that_breaks_at_a_pressure_is_named():
+    entry = {"pressure": 500.0, "stable": True, "modes": [], "max_stress": 3e8}
+    said = (
+        "The film is stressed to 300 MPa at most at 500 Pa, beyond its strength of 170 MPa: it breaks before."
+    )
+    results = {"strength": 1.7e8, **MESH}
+    assert said in verdict({"command": "modes", "pressures": [entry], **results})
+    assert said in verdict({"command": "inflate", "converged": True, **entry, **results})
+
+
 def test_where_the_gas_presses_is_said_where_it_matters():
     critical = {"command": "critical", **FOUND, "support": "clamped"}
     assert "--load closed" in verdict(critical | {"load": "film"})[-1]
