@@ -347,6 +347,21 @@ def report(
             print(f"The report is {path}")
 
 
+@app.command(epilog=_examples("lobefem export run --to csv", "lobefem export out/demo --to vtu"))
+def export(
+    context: typer.Context,
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of them.")],
+    to: options.ExportKind,
+) -> None:
+    """What a run folder holds as tables (CSV) or as files for ParaView and others (VTU), one a pressure."""
+    if context.obj.is_root:
+        from lobefem.io.export import export as write
+
+        for path in write(folder, to):
+            if not loudness(context)["quiet"]:
+                print(f"Written: {printable(path)}")
+
+
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))
 def doctor(context: typer.Context, quiet: options.Quiet = False, verbose: options.Verbose = False) -> int:
     """Does this installation work, part by part; what to do about what does not. Exit code 1 if so."""

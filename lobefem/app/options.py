@@ -25,6 +25,7 @@ __all__ = [
     "DesignFile",
     "Divisions",
     "EdgeRadius",
+    "ExportKind",
     "FilmLaw",
     "Format",
     "Harmonic",
@@ -260,6 +261,8 @@ RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, what --
 What = Annotated[str, _option("--what", "WHAT", "modes, stress, state, curves or release.", _PICTURE)]
 
 PictureFile = Annotated[Path | None, _option("--to", "FILE", "The picture; default: DIR/WHAT.png.", _PICTURE)]
+
+ExportKind = Annotated[str, _option("--to", "FORM", "csv: tables; vtu: fields.", _OUTPUT)]
 
 Format = Annotated[Text, _option("--format", "F", "png, svg, gif or mp4, by default of --to.", _PICTURE)]
 

@@ -45,7 +45,7 @@ def test_the_run_folder_repeats_the_run(lobefem_json, shared_path, comm):
     one, other = ([m["real"] for m in r["pressures"][0]["modes"]] for r in (results, again))
     assert one == pytest.approx(other, rel=1e-9)
     names = {"design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "log.txt"}
-    names |= {"modes-1.npz"}
+    names |= {"modes-1.npz", "eigenvalues.csv", "stations.csv"}
     assert {p.name for p in folder.iterdir()} == names
 
 
@@ -155,7 +155,7 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
     ("arguments", "message"),
     [
         (("--bad",), "No such option: --bad; see lobefem --help"),
-        (("explode",), "No such command 'explode'; see lobefem --help"),
+        (("detonate",), "No such command 'detonate'; see lobefem --help"),
         (("inflate", SINGLE, "--set", "film.E"), "--set: 'film.E' is no section.key=value; give one such as"),
         (("inflate", SINGLE, "--set", "film.thicknes=1"), "'film.thicknes' is no key of [film]; use"),
         (("inflate", SINGLE, "--set", "film.nu=9"), "film.nu: 9 must be in (-1, 0.5]"),
