@@ -15,7 +15,10 @@ from decimal import Decimal, InvalidOperation
 from typing import Any
 
 __all__ = [
+    "ANGLE",
+    "AREA",
     "FORCE",
+    "KINDS",
     "LENGTH",
     "NUMBER",
     "PRESSURE",
@@ -35,10 +38,19 @@ _LENGTHS = {
     "km": "1e3",
     "cm": "1e-2",
     "mm": "1e-3",
+    "micron": "1e-6",
+    "microns": "1e-6",
     "um": "1e-6",
     "µm": "1e-6",
     "μm": "1e-6",
+    "mil": "2.54e-5",
+    "in": "0.0254",
+    "ft": "0.3048",
 }
+
+_POUND = "4.4482216152605"  # [N], by definition
+
+_PSI = "6894.757293168361336722673445347"  # that over a square inch [Pa]
 
 _PRESSURES = {f"{p}Pa": f for p, f in _PREFIX.items()} | {
     "hPa": "1e2",
@@ -48,9 +60,25 @@ _PRESSURES = {f"{p}Pa": f for p, f in _PREFIX.items()} | {
     "N/m2": "1",
     "N/mm^2": "1e6",
     "N/mm2": "1e6",
+    "psi": _PSI,
+    "ksi": f"{_PSI}e3",
+    "Msi": f"{_PSI}e6",
 }
 
-_FORCES = {f"{p}N": f for p, f in _PREFIX.items()}
+_FORCES = {f"{p}N": f for p, f in _PREFIX.items()} | {"lbf": _POUND, "kgf": "9.80665"}
+
+_STIFFNESSES = {f"{p}N/m": f for p, f in _PREFIX.items()} | {
+    "N/mm": "1e3",
+    "N/cm": "1e2",
+    "lbf/in": "175.1268352464763779527559055118",
+}
+
+_AREAS = {
+    "m^2": "1", "m2": "1", "cm^2": "1e-4", "cm2": "1e-4", "mm^2": "1e-6", "mm2": "1e-6", "in^2": "6.4516e-4",
+    "in2": "6.4516e-4",
+}  # fmt: skip
+
+_ANGLES = {"deg": "1", "degrees": "1", "°": "1", "rad": "57.29577951308232087679815481411"}
 
 # SI unit: from which size on another one is handier (0.9995: what is rounded to four digits), and its value
 _HANDY = {
@@ -152,8 +180,16 @@ STRESS = Quantity("a stress", "pascals", '3.5e9 or "3.5 GPa"', _PRESSURES)
 
 FORCE = Quantity("a force", "newtons", '2.15e9 or "2.15 GN"', _FORCES)
 
-STIFFNESS = Quantity(
-    "a membrane stiffness", "newtons per metre", '188 or "188 N/m"', {f"{k}/m": v for k, v in _FORCES.items()}
-)
+STIFFNESS = Quantity("a membrane stiffness", "newtons per metre", '188 or "188 N/m"', _STIFFNESSES)
+
+AREA = Quantity("an area", "square metres", '4e-4 or "400 mm^2"', _AREAS)
+
+ANGLE = Quantity("an angle", "degrees", '7.5 or "7.5 deg"', _ANGLES)
 
 NUMBER = Quantity("a pure number", "", "0.3", {})
+
+# what `lobefem units` lists
+KINDS = {
+    "length": LENGTH, "pressure, stress": PRESSURE, "force, EA": FORCE, "membrane stiffness": STIFFNESS,
+    "area": AREA, "angle": ANGLE,
+}  # fmt: skip

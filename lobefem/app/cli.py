@@ -63,6 +63,15 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _refuse_pressure(command: str, pressure: list[str] | None) -> None:
+    if pressure:
+        end = ", up to --limit" if command == "critical" else ""
+        raise InputError(
+            f"--pressure: {command} looks for the pressure at which the balloon turns unstable{end}; lobefem "
+            "modes says whether it is stable at a pressure that you give"
+        )
+
+
 @app.callback()
 def _lobefem(
     version: Annotated[
@@ -143,11 +152,13 @@ def critical(
     state: options.State = "ideal",
     harmonic: options.Harmonic = None,
     limit: options.Limit = None,
+    pressure: options.SearchPressure = None,
     mesh_study: options.MeshStudy = False,
     meshes: options.Meshes = None,
     petsc: options.Petsc = None,
 ) -> None:
     """The lowest pressure at which the balloon turns unstable; whether that depends on the mesh."""
+    _refuse_pressure("critical", pressure)
     number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
     parsing.one_of("--state", state, ("ideal", "inflated"))
     highest = None if limit is None else parsing.pressure("--limit", limit)
@@ -181,8 +192,10 @@ def harmonics(
     design: options.DesignFile,
     lift: options.Lift = None,
     harmonics: options.Harmonics = None,
+    pressure: options.SearchPressure = None,
 ) -> None:
     """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
+    _refuse_pressure("harmonics", pressure)
     chosen = parsing.integers("--harmonics", harmonics)
     run_task(context, lambda plan, **run: _studies().harmonics(plan, harmonics=chosen, **run))
 
@@ -281,7 +294,10 @@ def sweep(
         raise InputError("--resume goes on with a sweep and --overwrite replaces it; give one of them")
     number = len(os.sched_getaffinity(0)) if workers is None else parsing.integer("--workers", workers, 1)
     commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
-    known = {name: {p.opts[0].lstrip("-") for p in one.params} for name, one in commands.items()}
+    known = {
+        name: {p.opts[0].lstrip("-") for p in one.params if not getattr(p, "hidden", False)}
+        for name, one in commands.items()
+    }
     ranks = context.obj
 
     def prepare() -> Any:
@@ -360,6 +376,22 @@ def export(
         for path in write(folder, to):
             if not loudness(context)["quiet"]:
                 print(f"Written: {printable(path)}")
+
+
+@app.command(epilog=_examples("lobefem units", "lobefem units force"))
+def units(
+    context: typer.Context,
+    quantity: Annotated[str, typer.Argument(metavar="[QUANTITY]", help="One only: force, say.")] = "",
+) -> None:
+    """All units that design files and options take; a number without one is in SI, an angle in degrees."""
+    from lobefem.units import KINDS
+
+    chosen = {name: kind for name, kind in KINDS.items() if quantity.lower() in name.lower()}
+    if not chosen:
+        raise InputError(f"{quantity!r} is no quantity with units; use {', '.join(KINDS)}")
+    rows = [(name, kind.si, kind.example, ", ".join(kind.factors)) for name, kind in chosen.items()]
+    if context.obj.is_root:
+        show_rows([("quantity", "without a unit", "example", "units"), *rows])
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))

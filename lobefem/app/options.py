@@ -54,6 +54,7 @@ __all__ = [
     "Report",
     "Resume",
     "RunDir",
+    "SearchPressure",
     "Settings",
     "Setup",
     "Slack",
@@ -115,6 +116,8 @@ def design_files(incomplete: str) -> list[str]:
 _RUN, _OUTPUT, _PICTURE = "The run", "Output", "The picture"
 
 Text = str | None
+
+SearchPressure = Annotated[list[str] | None, typer.Option("--pressure", hidden=True)]
 
 DesignFile = Annotated[
     Path,
@@ -202,10 +205,13 @@ TipDisplacement = Annotated[
 ]
 
 Bend = Annotated[
-    Text, _option("--bend", "PSI", "Bend the axis to an arc of half-angle PSI degrees.", "The distortion")
+    Text,
+    _option(
+        "--bend", "PSI", "Bend the axis to an arc of half-angle PSI, 7.5 or '7.5 deg'.", "The distortion"
+    ),
 ]
 
-Twist = Annotated[Text, _option("--twist", "ANGLE", "Turn the top plate, degrees.", "The distortion")]
+Twist = Annotated[Text, _option("--twist", "ANGLE", "Turn the top plate, 30 or '30 deg'.", "The distortion")]
 
 Wave = Annotated[
     Text,

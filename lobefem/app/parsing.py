@@ -51,13 +51,13 @@ def positive(name: str, text: str) -> float:
 def distortion(name: str, text: str) -> Any:
     """The distortion that an option asks for."""
     from lobefem.equilibrium.distortions import Bend, Tip, Twist, Wave
-    from lobefem.units import LENGTH, NUMBER
+    from lobefem.units import ANGLE, LENGTH
 
     harmonic = 0
     if name == "--wave":
         first, _, text = text.partition(":")
         harmonic = integer("--wave", first, 0)
-    kind = NUMBER if name in ("--bend", "--twist") else LENGTH
+    kind = ANGLE if name in ("--bend", "--twist") else LENGTH
     try:
         value = kind.read(text)
     except ValueError as error:

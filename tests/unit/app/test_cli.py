@@ -107,6 +107,12 @@ def test_bar_hoops_and_any_key_are_changed_and_named(shared_path, lobefem_json, 
         assert "\nclosed load, clamped, rigid bar, hoops of EA 2.15 GN\n" in out
 
 
+def test_the_units_are_listed(capfd, comm):
+    assert cli.main(["units"]) == 0
+    out, _ = capfd.readouterr()
+    assert all(word in out for word in ("micron", "mil", "ksi", "lbf", "deg")) == (comm.rank == 0)
+
+
 def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
     from petsc4py import PETSc
 
@@ -165,6 +171,10 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
         (("inflate", SINGLE, "--set", "hoops.EA=1", "--hoops", "2"), "--set hoops.EA and --hoops give the"),
         (("inflate", SINGLE, "--hoops", "5 m"), "--hoops: '5 m' is not a force; give newtons"),
         (("inflate", SINGLE, "--bar", "steel"), "--bar: 'steel' is no bar; give true (rigid), false (none)"),
+        (("units", "colour"), "'colour' is no quantity with units; use length, pressure, stress, force"),
+        (("critical", SINGLE, "--pressure", "5"),
+         "--pressure: critical looks for the pressure at which the balloon turns unstable, up to --limit"),
+        (("harmonics", SINGLE, "--pressure", "5"), "--pressure: harmonics looks for the pressure at which"),
         (("modes",), "Missing argument 'DESIGN.toml'; see lobefem modes --help"),
         (("modes", SINGLE, "--presure", "5"), "No such option: --presure"),
         (("modes", SINGLE, "--film"), "requires an argument; see lobefem"),

@@ -5,19 +5,37 @@ import math
 import pytest
 
 from lobefem import units
-from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, in_degrees, pascals, scaled
+from lobefem.units import (
+    ANGLE,
+    AREA,
+    FORCE,
+    LENGTH,
+    NUMBER,
+    PRESSURE,
+    STIFFNESS,
+    STRESS,
+    in_degrees,
+    pascals,
+    scaled,
+)
 
 # written out, not taken from the module: a wrong factor there must not be right here
 LENGTHS = {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
+LENGTHS |= {"micron": 1e-6, "microns": 1e-6, "mil": 2.54e-5, "in": 0.0254, "ft": 0.3048}
 PRESSURES = {
     "Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "mbar": 1e2, "bar": 1e5,
     "N/m^2": 1.0, "N/m2": 1.0, "N/mm^2": 1e6, "N/mm2": 1e6,
+    "psi": 6894.75729316836134, "ksi": 6894757.29316836134, "Msi": 6894757293.16836134,
 }  # fmt: skip
-FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9}
+FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9, "lbf": 4.4482216152605, "kgf": 9.80665}
 STIFFNESSES = {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9}
+STIFFNESSES |= {"N/mm": 1e3, "N/cm": 1e2, "lbf/in": 175.126835246476378}
+AREAS = {"m^2": 1.0, "m2": 1.0, "cm^2": 1e-4, "cm2": 1e-4, "mm^2": 1e-6, "mm2": 1e-6, "in^2": 6.4516e-4}
+AREAS |= {"in2": 6.4516e-4}
+ANGLES = {"deg": 1.0, "degrees": 1.0, "°": 1.0, "rad": 57.2957795130823209}
 KINDS = (
     (LENGTH, LENGTHS), (PRESSURE, PRESSURES), (STRESS, PRESSURES), (FORCE, FORCES), (STIFFNESS, STIFFNESSES),
-    (NUMBER, {}),
+    (AREA, AREAS), (ANGLE, ANGLES), (NUMBER, {}),
 )  # fmt: skip
 
 
@@ -76,6 +94,17 @@ def test_angles_are_given_in_degrees():
         (LENGTH, "50um", 5e-5),
         (LENGTH, "50 µm", 5e-5),
         (LENGTH, "4.2 m", 4.2),
+        (LENGTH, "25 micron", 2.5e-5),
+        (LENGTH, "1 mil", 2.54e-5),
+        (LENGTH, "2 ft", 0.6096),
+        (STRESS, "1 ksi", 6894757.293168361),
+        (PRESSURE, "0.1 psi", 689.4757293168361),
+        (FORCE, "10 lbf", 44.482216152605),
+        (STIFFNESS, "1 lbf/in", 175.12683524647638),
+        (AREA, "400 mm2", 4e-4),
+        (ANGLE, "7.5", 7.5),
+        (ANGLE, "7.5 deg", 7.5),
+        (ANGLE, "0.5 rad", 28.64788975654116),
         (LENGTH, "2e-3 km", 2.0),
         (LENGTH, "2", 2.0),
         (STRESS, "3.5 GPa", 3.5e9),
