@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lobefem.app import options, parsing
+from lobefem.app import options, parsing, reference
 from lobefem.app.process import Ranks
 from lobefem.app.progress_bar import reporting
 from lobefem.app.runner import Interrupted, loudness, one_line, run_task
@@ -61,15 +61,6 @@ def _print_version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"lobefem {__version__}")
         raise typer.Exit
-
-
-def _refuse_pressure(command: str, pressure: list[str] | None) -> None:
-    if pressure:
-        end = ", up to --limit" if command == "critical" else ""
-        raise InputError(
-            f"--pressure: {command} looks for the pressure at which the balloon turns unstable{end}; lobefem "
-            "modes says whether it is stable at a pressure that you give"
-        )
 
 
 @app.callback()
@@ -158,7 +149,7 @@ def critical(
     petsc: options.Petsc = None,
 ) -> None:
     """The lowest pressure at which the balloon turns unstable; whether that depends on the mesh."""
-    _refuse_pressure("critical", pressure)
+    parsing.no_pressure("critical", pressure)
     number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
     parsing.one_of("--state", state, ("ideal", "inflated"))
     highest = None if limit is None else parsing.pressure("--limit", limit)
@@ -195,7 +186,7 @@ def harmonics(
     pressure: options.SearchPressure = None,
 ) -> None:
     """The critical pressure of each circumferential harmonic, from one sector of the mesh."""
-    _refuse_pressure("harmonics", pressure)
+    parsing.no_pressure("harmonics", pressure)
     chosen = parsing.integers("--harmonics", harmonics)
     run_task(context, lambda plan, **run: _studies().harmonics(plan, harmonics=chosen, **run))
 
@@ -379,19 +370,15 @@ def export(
 
 
 @app.command(epilog=_examples("lobefem units", "lobefem units force"))
-def units(
-    context: typer.Context,
-    quantity: Annotated[str, typer.Argument(metavar="[QUANTITY]", help="One only: force, say.")] = "",
-) -> None:
+def units(quantity: options.Which = "") -> None:
     """All units that design files and options take; a number without one is in SI, an angle in degrees."""
-    from lobefem.units import KINDS
+    show_rows(reference.units(quantity))
 
-    chosen = {name: kind for name, kind in KINDS.items() if quantity.lower() in name.lower()}
-    if not chosen:
-        raise InputError(f"{quantity!r} is no quantity with units; use {', '.join(KINDS)}")
-    rows = [(name, kind.si, kind.example, ", ".join(kind.factors)) for name, kind in chosen.items()]
-    if context.obj.is_root:
-        show_rows([("quantity", "without a unit", "example", "units"), *rows])
+
+@app.command(epilog=_examples("lobefem materials", "lobefem materials mylar-a"))
+def materials(name: options.Which = "") -> None:
+    """Materials that a design file may name, with typical values and their sources."""
+    show_rows(reference.materials(name))
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))

@@ -68,6 +68,7 @@ __all__ = [
     "Verbose",
     "Wave",
     "What",
+    "Which",
     "Width",
     "Workers",
     "design_files",
@@ -267,6 +268,8 @@ RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, what --
 What = Annotated[str, _option("--what", "WHAT", "modes, stress, state, curves or release.", _PICTURE)]
 
 PictureFile = Annotated[Path | None, _option("--to", "FILE", "The picture; default: DIR/WHAT.png.", _PICTURE)]
+
+Which = Annotated[str, typer.Argument(metavar="[WORD]", help="Those whose name holds it.")]
 
 ExportKind = Annotated[str, _option("--to", "FORM", "csv: tables; vtu: fields.", _OUTPUT)]
 

@@ -8,7 +8,17 @@ from typing import Any
 
 from lobefem.errors import InputError
 
-__all__ = ["distortion", "divisions", "integer", "integers", "one_of", "positive", "pressure", "settings"]
+__all__ = [
+    "distortion",
+    "divisions",
+    "integer",
+    "integers",
+    "no_pressure",
+    "one_of",
+    "positive",
+    "pressure",
+    "settings",
+]
 
 
 def pressure(name: str, text: str) -> float:
@@ -22,6 +32,16 @@ def pressure(name: str, text: str) -> float:
     if not 0 < value < float("inf"):
         raise InputError(f"{name}: {text!r} is no positive pressure; {PRESSURE.advice}")
     return value
+
+
+def no_pressure(command: str, given: list[str] | None) -> None:
+    """Refuse a pressure where one is looked for."""
+    if given:
+        end = ", up to --limit" if command == "critical" else ""
+        raise InputError(
+            f"--pressure: {command} looks for the pressure at which the balloon turns unstable{end}; lobefem "
+            "modes says whether it is stable at a pressure that you give"
+        )
 
 
 def divisions(name: str, text: str | None) -> tuple[tuple[int, int], ...] | None:

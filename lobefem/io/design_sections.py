@@ -7,12 +7,14 @@ Every check raises `ValueError` with the rest of a sentence that begins with the
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
 
-from lobefem.units import FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, Quantity, shown
+from lobefem.io.materials import CABLES, FILMS, MATERIALS
+from lobefem.units import AREA, FORCE, LENGTH, NUMBER, PRESSURE, STIFFNESS, STRESS, Quantity, shown
 
 __all__ = ["Film", "Hoops", "Mesh", "Plates", "Pressure", "Section", "Shape", "fill", "listed", "nearest"]
 
@@ -231,7 +233,7 @@ class Film(Section):
     `setup` says how the built-in stress of `prestress` is found: in closed form, or by inflating unstressed
     film with the prescribed load path at the design's pressure. `tangent` is Newton's for laws that are
     written as a stress. `strength` is the stress at which the film breaks; it changes no result, but what is
-    said of it.
+    said of it. A `material` has E, nu and strength where they are not given.
     """
 
     law: Annotated[str, _word("isotropic", "fixed-wrinkles", "tension-field", "imp", "load-path")] = (
@@ -246,6 +248,15 @@ class Film(Section):
     setup: Annotated[str, _word("initial-stress", "load-path")] = "initial-stress"
     tangent: Annotated[str, _word("consistent", "secant")] = "consistent"
     strength: Annotated[float | None, _positive(STRESS)] = None
+    material: Annotated[str | None, _word(*FILMS)] = None
+
+    @model_validator(mode="after")
+    def _of_material(self) -> Film:
+        if self.material is not None:
+            for key in ("E", "nu", "strength"):
+                if key not in self.model_fields_set:
+                    fill(self, key, getattr(MATERIALS[self.material], key))
+        return self
 
     @model_validator(mode="after")
     def _one_law(self) -> Film:
@@ -269,10 +280,33 @@ class Film(Section):
 
 
 class Hoops(Section):
-    """[hoops]: hoops on all seams; without this table there are none."""
+    """[hoops]: hoops on all seams; without this table there are none.
+
+    `EA`, or a cross-section's `area` and its `E` or `material`.
+    """
 
     EA: Annotated[float, _positive(FORCE)] = 2.15e9
     enabled: Annotated[bool, BeforeValidator(_flag)] = True
+    E: Annotated[float | None, _positive(STRESS)] = None
+    area: Annotated[float | None, _positive(AREA)] = None
+    material: Annotated[str | None, _word(*CABLES)] = None
+
+    @model_validator(mode="after")
+    def _stiffness(self) -> Hoops:
+        if self.material is not None and self.E is None:
+            fill(self, "E", MATERIALS[self.material].E)
+        if self.E is None and self.area is None:
+            return self
+        if self.area is None:
+            key, value = ("E", self.E) if self.material is None else ("material", repr(self.material))
+            raise ValueError(f"{key} = {value} lacks the area of the hoops' cross-section; {AREA.advice}")
+        if self.E is None:
+            raise ValueError(f"area = {self.area} lacks E or a material; give one, or EA without an area")
+        EA = self.E * self.area
+        if "EA" in self.model_fields_set and not math.isclose(self.EA, EA, rel_tol=1e-9):
+            raise ValueError(f"EA = {self.EA:g} is not E times area, {EA:g} N; leave one of them out")
+        fill(self, "EA", EA)
+        return self
 
 
 class Plates(Section):

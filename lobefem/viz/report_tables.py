@@ -57,7 +57,7 @@ _MESHES = {
 _DESIGN_UNITS = {
     "edge_radius": "m", "R0": "m", "radius": "m", "length": "m", "forming_pressure": "Pa",
     "forming_stiffness": "N/m", "size": "m", "E": "Pa", "strength": "Pa", "thickness": "m", "EA": "N",
-    "lift": "m", "value": "Pa",
+    "area": "m²",    "lift": "m", "value": "Pa",
 }  # fmt: skip
 
 

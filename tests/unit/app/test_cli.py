@@ -113,6 +113,19 @@ def test_the_units_are_listed(capfd, comm):
     assert all(word in out for word in ("micron", "mil", "ksi", "lbf", "deg")) == (comm.rank == 0)
 
 
+def test_the_materials_are_listed_with_their_sources(capfd, comm):
+    from lobefem.io.materials import MATERIALS
+
+    assert cli.main(["materials"]) == 0
+    out, _ = capfd.readouterr()
+    if comm.rank == 0:
+        words = " ".join(out.split())
+        for name, one in MATERIALS.items():
+            line = next(line for line in out.splitlines() if line.split()[:1] == [name])
+            assert f"{one.density:g} kg/m^3" in line
+            assert one.title.split()[0] in words
+
+
 def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
     from petsc4py import PETSc
 
@@ -171,6 +184,7 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
         (("inflate", SINGLE, "--set", "hoops.EA=1", "--hoops", "2"), "--set hoops.EA and --hoops give the"),
         (("inflate", SINGLE, "--hoops", "5 m"), "--hoops: '5 m' is not a force; give newtons"),
         (("inflate", SINGLE, "--bar", "steel"), "--bar: 'steel' is no bar; give true (rigid), false (none)"),
+        (("materials", "wood"), "'wood' is no material here; use mylar-a, aluminium-6061-t6, steel-s355,"),
         (("units", "colour"), "'colour' is no quantity with units; use length, pressure, stress, force"),
         (("critical", SINGLE, "--pressure", "5"),
          "--pressure: critical looks for the pressure at which the balloon turns unstable, up to --limit"),
