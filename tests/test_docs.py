@@ -59,18 +59,18 @@ def test_commands_run(page, workplace, capfd):
     for line in "".join(blocks(page, "sh")).splitlines():
         command, *arguments = shlex.split(line)
         assert command == "lobefem"
-        coarse = (
-            [] if arguments[0] in ("report", "gores") else ["--divisions", COARSE]
-        )  # that one solves nothing
+        solves = arguments[0] not in ("export", "gores", "report")
+        coarse = ["--divisions", COARSE] if solves else []
         code = cli.main([*arguments, *coarse])
         assert code == 0, f"{line}\n{capfd.readouterr().err}"
 
 
 def test_design_files_of_the_pages_are_sound(workplace):
     files = [name for name in os.listdir() if name.endswith(".toml")]
-    assert sorted(files) == ["lobes.toml", "my-balloon.toml", "my-pumpkin.toml"]
+    assert sorted(files) == ["lobes.toml", "my-balloon.toml", "my-pumpkin.toml", "mylar-balloon.toml"]
     assert Design.load("my-balloon.toml").shape.lobes == 3
     assert Design.load("my-pumpkin.toml").shape.gores == 48
+    assert pytest.approx(68.9e9 * 4e-4) == Design.load("mylar-balloon.toml").hoops.EA
     assert [point.fault for point in load("lobes.toml", {"critical": ["divisions"]}).points] == [""] * 12
 
 

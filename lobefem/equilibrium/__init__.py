@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.full_model import full_state
     from lobefem.equilibrium.gradient_flow import GradientFlow, Record
     from lobefem.equilibrium.inflation import inflate
+    from lobefem.equilibrium.pumpkin_measures import PumpkinMeasures, measure
     from lobefem.equilibrium.ramp import Increment
     from lobefem.equilibrium.state import Equilibrium, State, ideal_state, record
 
@@ -31,6 +32,7 @@ _HOME = {
     "GradientFlow": "gradient_flow",
     "Increment": "ramp",
     "Ledger": "energy_ledger",
+    "PumpkinMeasures": "pumpkin_measures",
     "Record": "gradient_flow",
     "State": "state",
     "Tip": "distortions",
@@ -42,6 +44,7 @@ _HOME = {
     "full_state": "full_model",
     "ideal_state": "state",
     "inflate": "inflation",
+    "measure": "pumpkin_measures",
     "record": "state",
     "release_start": "displacement_control",
     "row_means": "form_finding",
@@ -56,6 +59,7 @@ __all__ = [
     "GradientFlow",
     "Increment",
     "Ledger",
+    "PumpkinMeasures",
     "Record",
     "State",
     "Tip",
@@ -67,6 +71,7 @@ __all__ = [
     "full_state",
     "ideal_state",
     "inflate",
+    "measure",
     "record",
     "release_start",
     "row_means",

@@ -6,7 +6,7 @@ Functions of a `Design`; those that check raise `ValueError` as its sections do.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from lobefem.errors import InputError, LobefemError
 from lobefem.io.design_values import fill, listed
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lobefem.io.design import Design
     from lobefem.io.design_sections import Film
     from lobefem.model.film import Film as FilmLaw
+    from lobefem.typing import Convention, Support
 
 __all__ = [
     "GRAVITY",
@@ -264,9 +265,9 @@ def balloon(design: Design, surface: Surface, film: FilmLaw) -> Balloon:
 
     gas, plates, tendons, fittings = design.pressure, design.plates, design.tendons, design.fittings
     components: list[Any] = [
-        GasPressure(gas.load, gradient=gas.gradient, level=gas.level),
+        GasPressure(cast("Convention", gas.load), gradient=gas.gradient, level=gas.level),
         Tendons(EA=tendons.EA, foreshortening=tendons.foreshortening),
-        EndPlates(support=plates.support, bar=False, lift=plates.lift),
+        EndPlates(support=cast("Support", plates.support), bar=False, lift=plates.lift),
     ]
     layer = GRAVITY * (design.film.density or 0.0) * design.film.thickness
     rope = GRAVITY * tendons.mass_per_length
