@@ -39,6 +39,7 @@ from lobefem.terminal import console, is_terminal
 from lobefem.viz.mode_figures import eigenvalue_curves, mode_shapes
 from lobefem.viz.rendering import can_render, render_modes
 from lobefem.viz.report import TABLES, write_report
+from lobefem.viz.verdict import FIXED_WRINKLES
 
 from mpi4py import MPI
 
@@ -50,10 +51,6 @@ AROUND = (24, 32, 36, 40, 48)  # divisions of the mesh study
 PUBLISHED = {"single, fixed-wrinkles": 4600.0, "stack, fixed-wrinkles": 3000.0}
 COUNT = 24  # modes computed at the pressure at which they are drawn
 SHOWN = 4000.0  # the pressure nearest to which modes are drawn [Pa]
-MESH_DEPENDENT = (
-    "the critical pressure of film with fixed wrinkles is a property of the mesh: it tends to 0 under "
-    "refinement, see the mesh study"
-)
 
 Say = Callable[[str], None]
 
@@ -140,7 +137,7 @@ def study(
     told["kind"] = None if critical.mode is None else critical.mode.kind
     told["stored_modes"] = [mode_data(shown[i]) | {"number": i + 1} for i in picked]
     if law == "fixed-wrinkles":
-        told["warnings"].append(MESH_DEPENDENT)
+        told["warnings"].append(FIXED_WRINKLES)
         told["meshes"] = [{"divisions": row["divisions"], "critical_pressure": row[size]} for row in meshes]
         told["verdict"] = [
             f"Both rims held; {divisions[0]} divisions along each lobe's meridian, more and more around."

@@ -19,9 +19,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ANGLE",
+    "AREA",
+    "DEGREES",
     "DENSITY",
     "FORCE",
     "GRADIENT",
+    "KINDS",
     "LENGTH",
     "LINE_DENSITY",
     "MASS",
@@ -33,6 +36,7 @@ __all__ = [
     "Quantity",
     "in_degrees",
     "pascals",
+    "scaled",
     "shown",
 ]
 
@@ -43,10 +47,19 @@ _LENGTHS = {
     "km": "1e3",
     "cm": "1e-2",
     "mm": "1e-3",
+    "micron": "1e-6",
+    "microns": "1e-6",
     "um": "1e-6",
     "µm": "1e-6",
     "μm": "1e-6",
+    "mil": "2.54e-5",
+    "in": "0.0254",
+    "ft": "0.3048",
 }
+
+_POUND = "4.4482216152605"  # [N], by definition
+
+_PSI = "6894.757293168361336722673445347"  # that over a square inch [Pa]
 
 _PRESSURES = {f"{p}Pa": f for p, f in _PREFIX.items()} | {
     "hPa": "1e2",
@@ -56,9 +69,32 @@ _PRESSURES = {f"{p}Pa": f for p, f in _PREFIX.items()} | {
     "N/m2": "1",
     "N/mm^2": "1e6",
     "N/mm2": "1e6",
+    "psi": _PSI,
+    "ksi": f"{_PSI}e3",
+    "Msi": f"{_PSI}e6",
 }
 
-_FORCES = {f"{p}N": f for p, f in _PREFIX.items()}
+_FORCES = {f"{p}N": f for p, f in _PREFIX.items()} | {"lbf": _POUND, "kgf": "9.80665"}
+
+_STIFFNESSES = {f"{p}N/m": f for p, f in _PREFIX.items()} | {
+    "N/mm": "1e3",
+    "N/cm": "1e2",
+    "lbf/in": "175.1268352464763779527559055118",
+}
+
+_AREAS = {
+    "m^2": "1", "m2": "1", "cm^2": "1e-4", "cm2": "1e-4", "mm^2": "1e-6", "mm2": "1e-6", "in^2": "6.4516e-4",
+    "in2": "6.4516e-4",
+}  # fmt: skip
+
+_DEGREES = {"deg": "1", "degrees": "1", "°": "1", "rad": "57.29577951308232087679815481411"}
+
+# SI unit: from which size on another one is handier (0.9995: what is rounded to four digits), and its value
+_HANDY = {
+    "Pa": ((9.9995e8, "GPa", 1e9), (9.9995e5, "MPa", 1e6), (9999.5, "kPa", 1e3)),
+    "N": ((9.9995e8, "GN", 1e9), (9.9995e5, "MN", 1e6), (9999.5, "kN", 1e3)),
+    "m": ((9.9995e-2, "m", 1.0), (1e-6, "mm", 1e-3)),
+}
 
 _TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\d\s.+-]\S*)?\s*")
 
@@ -73,8 +109,17 @@ def shown(value: Any) -> str:
 
 
 def pascals(pressure: float) -> str:
-    """A pressure in words, to four digits: from 10 kPa on in kilopascals."""
-    return f"{pressure:.4g} Pa" if abs(pressure) < 9999.5 else f"{pressure / 1e3:.4g} kPa"
+    """A pressure in words, to four digits: from 10 kPa on in kilopascals, and so on."""
+    return scaled(pressure, "Pa")
+
+
+def scaled(value: float, unit: str) -> str:
+    """A number to four significant digits with a unit of a handy size: "290.6 kPa", "0.025 mm"."""
+    size = abs(value)
+    for least, name, factor in _HANDY.get(unit, ()):
+        if least <= size < math.inf:
+            return f"{value / factor:.4g} {name}"
+    return f"{value:.4g} {unit}".strip()
 
 
 def in_degrees(value: float, unit: str) -> tuple[float, str]:
@@ -144,16 +189,21 @@ STRESS = Quantity("a stress", "pascals", '3.5e9 or "3.5 GPa"', _PRESSURES)
 
 FORCE = Quantity("a force", "newtons", '2.15e9 or "2.15 GN"', _FORCES)
 
-STIFFNESS = Quantity(
-    "a membrane stiffness", "newtons per metre", '188 or "188 N/m"', {f"{k}/m": v for k, v in _FORCES.items()}
-)
+STIFFNESS = Quantity("a membrane stiffness", "newtons per metre", '188 or "188 N/m"', _STIFFNESSES)
+
+AREA = Quantity("an area", "square metres", '4e-4 or "400 mm^2"', _AREAS)
+
+DEGREES = Quantity("an angle", "degrees", '7.5 or "7.5 deg"', _DEGREES)  # of options; design files: ANGLE
 
 NUMBER = Quantity("a pure number", "", "0.3", {})
 
 _DEGREE = "0.017453292519943295769"
 
 ANGLE = Quantity(
-    "an angle", "radians", '0.7853981633974483 or "45 deg"', {"deg": _DEGREE, "°": _DEGREE, "rad": "1"}
+    "an angle",
+    "radians",
+    '0.7853981633974483 or "45 deg"',
+    {"deg": _DEGREE, "degrees": _DEGREE, "°": _DEGREE, "rad": "1"},
 )
 
 MASS = Quantity("a mass", "kilograms", '91.4 or "91.4 kg"', {"kg": "1", "g": "1e-3", "t": "1e3"})
@@ -174,3 +224,10 @@ LINE_DENSITY = Quantity(
 GRADIENT = Quantity(
     "a pressure gradient", "pascals per metre", '0.085 or "0.085 Pa/m"', {"Pa/m": "1", "N/m^3": "1"}
 )
+
+# what `lobefem units` lists
+KINDS = {
+    "length": LENGTH, "pressure, stress": PRESSURE, "force, EA": FORCE, "membrane stiffness": STIFFNESS,
+    "area": AREA, "angle in a design file": ANGLE, "angle of an option": DEGREES, "mass": MASS,
+    "volume": VOLUME, "density": DENSITY, "mass per length": LINE_DENSITY, "pressure gradient": GRADIENT,
+}  # fmt: skip

@@ -38,8 +38,8 @@ def of_design(design: Design) -> list[str]:
         ),
         *_if(
             shape.lobes > 1 and not design.hoops.enabled,
-            f"nothing holds the seams of the {shape.lobes} lobes, for the design has no [hoops]: write that "
-            "table, empty for the paper's hoops, unless the balloon has none",
+            f"no hoops at the seams of the {shape.lobes} lobes: if that is intended, expect no result "
+            "that is independent of the mesh; otherwise add a table [hoops] to the design",
         ),
         *_if(
             film.thickness < _THIN * design.size,
@@ -62,8 +62,8 @@ def of_pressures(design: Design, pressures: Iterable[float | None]) -> list[str]
     stress = highest * design.size / 2 / film.thickness
     return _if(
         stress > _STRAIN * film.modulus,
-        f"at {pascals(highest)} the film bears about {stress / 1e6:.0f} MPa and strains by about "
-        f"{100 * stress / film.modulus:.0f} %: more than a linear law holds for, and than most films bear",
+        f"at {pascals(highest)} the film is stressed to about {stress / 1e6:.0f} MPa and strained by about "
+        f"{100 * stress / film.modulus:.0f} %: a linear law does not hold there, and most films break before",
     )
 
 
@@ -71,8 +71,8 @@ def of_balance(residual: float) -> list[str]:
     """A sentence on an ideal state that is none, by its unbalanced forces over the load's."""
     return _if(
         residual > _UNBALANCED,
-        f"the shape as designed is not in balance ({residual:.2g} of the load is left): its modes mean "
-        "little; look at --state inflated, or for a part that is missing",
+        f"the shape as designed is not in equilibrium ({residual:.2g} of the load is unbalanced), so its "
+        "modes mean little; use --state inflated, and check that no part is missing",
     )
 
 
@@ -81,8 +81,8 @@ def of_built_in(design: Design) -> list[str]:
     film = design.film
     return _if(
         film.law == "fixed-wrinkles" and not film.prestress,
-        "film.prestress = false has no effect here: the lobe's own stress is built in; without it look at "
-        "--state inflated",
+        "film.prestress = false has no effect here: the ideal shape always has its stress built in; use "
+        "--state inflated for film without it",
     )
 
 
@@ -90,9 +90,9 @@ def of_distortion(design: Design) -> list[str]:
     """A sentence on film that is distorted far and can neither shear nor fold."""
     return _if(
         design.film.law == "fixed-wrinkles",
-        "film with fixed wrinkles has no shear stiffness and does not fold: its reaction is a small part of "
-        "real film's (a tenth to a thirtieth for a tip pushed sideways), and its return says nothing of that "
-        "film's; give --film tension-field or imp",
+        "film with fixed wrinkles has no shear stiffness and does not fold: its reaction force is 10 to 30 "
+        "times smaller than that of real film for a tip pushed sideways, and whether it returns says nothing "
+        "of real film; use --film tension-field or imp",
     )
 
 
@@ -100,7 +100,7 @@ def of_ledger(error: float) -> list[str]:
     """A sentence on energy that is not accounted for, as a share of the largest part."""
     return _if(
         error > _OPEN,
-        f"{100 * error:.0f} % of the energy is not accounted for: trust neither path nor ledger; try --film "
+        f"{100 * error:.0f} % of the energy is not accounted for, so do not rely on this run; try --film "
         "tension-field, more --steps or a finer mesh",
     )
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lobefem.app import options, parsing
+from lobefem.app import options, parsing, reference
 from lobefem.app.process import Ranks
 from lobefem.app.progress_bar import reporting
 from lobefem.app.runner import Interrupted, loudness, one_line, run_task
@@ -145,6 +145,7 @@ def critical(
     state: options.State = "ideal",
     harmonic: options.Harmonic = None,
     limit: options.Limit = None,
+    pressure: options.SearchPressure = None,
     mesh_study: options.MeshStudy = False,
     meshes: options.Meshes = None,
     petsc: options.Petsc = None,
@@ -153,6 +154,7 @@ def critical(
 
     Repeat on a finer mesh (--divisions). For the ideal state --mesh-study does so and reports the trend.
     """
+    parsing.no_pressure("critical", pressure)
     number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
     parsing.one_of("--state", state, ("ideal", "inflated"))
     highest = None if limit is None else parsing.pressure("--limit", limit)
@@ -186,8 +188,10 @@ def harmonics(
     design: options.DesignFile,
     lift: options.Lift = None,
     harmonics: options.Harmonics = None,
+    pressure: options.SearchPressure = None,
 ) -> None:
     """Find the critical pressure for each number of waves around the axis."""
+    parsing.no_pressure("harmonics", pressure)
     chosen = parsing.integers("--harmonics", harmonics)
     run_task(context, lambda plan, **run: _studies().harmonics(plan, harmonics=chosen, **run))
 
@@ -286,7 +290,10 @@ def sweep(
         raise InputError("--resume goes on with a sweep and --overwrite replaces it; give one of them")
     number = len(os.sched_getaffinity(0)) if workers is None else parsing.integer("--workers", workers, 1)
     commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
-    known = {name: {p.opts[0].lstrip("-") for p in one.params} for name, one in commands.items()}
+    known = {
+        name: {p.opts[0].lstrip("-") for p in one.params if not getattr(p, "hidden", False)}
+        for name, one in commands.items()
+    }
     ranks = context.obj
 
     def prepare() -> Any:
@@ -364,18 +371,12 @@ def gores(
             print(f"The gore is in {', '.join(printable(path) for path in paths)}")
 
 
-@app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))
-def report(
-    context: typer.Context,
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, or a folder of run folders.")],
-) -> None:
-    """Write DIR/report.html, one page with everything that a run folder holds."""
-    if context.obj.is_root:
-        from lobefem.viz.report import write_report
-
-        path = printable(write_report(folder))
-        if not loudness(context)["quiet"]:
-            print(f"The report is {path}")
+app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))(reference.report)
+app.command(epilog=_examples("lobefem export run --to csv", "lobefem export out/demo --to vtu"))(
+    reference.export
+)
+app.command(epilog=_examples("lobefem units", "lobefem units force"))(reference.units)
+app.command(epilog=_examples("lobefem materials", "lobefem materials mylar-a"))(reference.materials)
 
 
 @app.command(epilog=_examples("lobefem doctor", "mpirun -n 2 lobefem doctor"))

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 from lobefem.app import advice
-from lobefem.app.states_command import FIELDS, KINK, Outcome, check_state, failure, summary
+from lobefem.app.states_command import FIELDS, Outcome, borne, check_state, failure, summary
+from lobefem.equilibrium.state import Equilibrium, ideal_state
 from lobefem.errors import InputError, SolveError
 from lobefem.io.design import Design
 from lobefem.io.run_folder import RunFolder
@@ -25,17 +27,14 @@ from lobefem.stability.one_sided import (
     one_sided_pressures,
     slack_critical_pressure,
 )
+from lobefem.units import pascals
+from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
 __all__ = ["critical", "harmonics", "mesh_study"]
 
-_MESH_DEPENDENT = (
-    "the critical pressure of film with fixed wrinkles is a property of the mesh: it tends to 0 under "
-    "refinement, see --mesh-study"
-)
-
 _HIGH_HARMONICS = (
-    "critical pressures of film with fixed wrinkles converge under refinement in low harmonics only; from "
-    "about n = 7 on they tend to 0"
+    "with fixed wrinkles only the critical pressures of low harmonics converge as the mesh is refined; from "
+    "about n = 7 on they go to zero"
 )
 
 LIMIT = 2e4  # [Pa], where a search along inflated states gives up
@@ -69,7 +68,7 @@ def critical(
     results = summary("critical", design) | {"state": state}
     outcome = Outcome(results)
     if design.film.law == "fixed-wrinkles":
-        results["warnings"].append(_MESH_DEPENDENT)
+        results["warnings"].append(FIXED_WRINKLES)
     if state == "inflated":
         if harmonic is not None:
             raise InputError("--harmonic looks at the ideal state; leave it out with --state inflated")
@@ -100,8 +99,14 @@ def critical(
         return outcome
     results |= _critical(found, harmonic) | {"only_harmonic": harmonic}
     if found.pressure == 0.0 and results.get("bounds", [0.0, 0.0])[1] != 0.0:
-        results["reason"] = "its lower bound is zero, and between the bounds this film's law does not tell"
+        results["reason"] = "the lower bound is zero, and between the bounds the film model gives no answer"
     results["warnings"] += advice.of_pressures(design, [results["critical_pressure"]])
+    if results["critical_pressure"]:
+        _borne(results, ideal_state(balloon, found.pressure))
+    if design.film.strength is not None and found.pressure > 0:
+        # the ideal state's stress is proportional to the pressure
+        reached = design.film.strength / ideal_state(balloon, 1.0).max_stress().value
+        results["strength_pressure"] = reached if reached <= found.pressure else None
     if found.mode is not None:
         outcome.snapshots.append(Snapshot(balloon, found.pressure, None, (found.mode,)))
     return outcome
@@ -139,13 +144,22 @@ def _along_path(
             "leave it out, or look at one with lobefem modes --state inflated"
         )
     balloon = design.balloon(design.surface(comm))
+    strength = design.film.strength
+    stresses = {0.0: 0.0}  # by pressure, on the way
+
+    def keep(state: Equilibrium, notes: dict[str, Any]) -> None:
+        if strength is not None:
+            stresses[state.pressure] = state.max_stress().value
+        if folder is not None:
+            folder.keep(state, notes)
+
     try:
         found = critical_point(
             balloon,
             start=min(100.0, limit / 20),
             limit=limit,
             resume=None if folder is None else folder.kept(balloon),
-            keep=None if folder is None else folder.keep,
+            keep=keep,
             progress=plain(progress),
         )
     except SolveError as error:
@@ -168,11 +182,28 @@ def _along_path(
         "visited": [list(pair) for pair in found.visited],
         "limit": limit,
     }
+    _borne(results, found.state)
+    if strength is not None:
+        stresses[found.state.pressure] = results["max_stress"]
+        results["strength_pressure"] = _reached(stresses, strength)
     results["warnings"] += advice.of_pressures(design, [results["critical_pressure"]])
     if mode is None:
-        results["reason"] = f"stable up to {limit:g} Pa"
+        results["reason"] = f"no instability found up to {pascals(limit)}, the end of the search (--limit)"
     modes = () if mode is None else (mode,)
     outcome.snapshots.append(Snapshot(balloon, found.state.pressure, found.state, modes))
+
+
+def _borne(results: dict[str, Any], state: Equilibrium) -> None:
+    """What film, hoops and bar bear in a state, into the results. Collective."""
+    results |= {"hoop_tension": state.hoop_tension, "bar_force": state.bar_force} | borne(state)
+
+
+def _reached(stresses: dict[float, float], strength: float) -> float | None:
+    """The pressure at which the film's stress reaches its strength, by lines between those known."""
+    for (p, low), (q, high) in pairwise(sorted(stresses.items())):
+        if low < strength <= high:
+            return p + (strength - low) / (high - low) * (q - p)
+    return None
 
 
 def harmonics(

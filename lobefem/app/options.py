@@ -16,6 +16,7 @@ __all__ = [
     "NAMES",
     "OUTPUT",
     "AtPressure",
+    "Bar",
     "Bend",
     "Cell",
     "Contact",
@@ -24,12 +25,14 @@ __all__ = [
     "DesignFile",
     "Divisions",
     "EdgeRadius",
+    "ExportKind",
     "FilmLaw",
     "Format",
     "Full",
     "GoreFolder",
     "Harmonic",
     "Harmonics",
+    "HoopsOption",
     "Json",
     "Lift",
     "Limit",
@@ -54,6 +57,8 @@ __all__ = [
     "Report",
     "Resume",
     "RunDir",
+    "SearchPressure",
+    "Settings",
     "Setup",
     "Slack",
     "State",
@@ -66,6 +71,7 @@ __all__ = [
     "Verbose",
     "Wave",
     "What",
+    "Which",
     "Width",
     "Workers",
     "design_files",
@@ -81,6 +87,7 @@ KEYS = {
     "load": "pressure.load",
     "pressure": "pressure.value",
     "support": "plates.support",
+    "bar": "plates.bar",
     "lift": "plates.lift",
     "divisions": "mesh.divisions",
     "cell": "mesh.cell",
@@ -114,6 +121,8 @@ _RUN, _OUTPUT, _PICTURE = "The run", "Output", "The picture"
 
 Text = str | None
 
+SearchPressure = Annotated[list[str] | None, typer.Option("--pressure", hidden=True)]
+
 DesignFile = Annotated[
     Path,
     typer.Argument(metavar="DESIGN.toml", help="Design file, see meshes/.", autocompletion=design_files),
@@ -130,6 +139,15 @@ Load = Annotated[
 Support = Annotated[
     Text,
     _option("--support", "HOW", "clamped: bottom plate fixed; pinned: free to tilt; fixed: both plates."),
+]
+
+Bar = Annotated[Text, _option("--bar", "BAR", "Between the plates: rigid, none, or EA such as '2.15 GN'.")]
+
+HoopsOption = Annotated[Text, _option("--hoops", "HOOPS", "At the seams: none, or EA such as '2.15 GN'.")]
+
+Settings = Annotated[
+    list[str] | None,
+    _option("--set", "KEY=VALUE", "Any key of the design, film.thickness='25 um'; repeat for more."),
 ]
 
 Lift = Annotated[
@@ -226,11 +244,12 @@ TipDisplacement = Annotated[
 ]
 
 Bend = Annotated[
-    Text, _option("--bend", "DEGREES", "Bend the axis to an arc with this half-angle.", "The distortion")
+    Text,
+    _option("--bend", "ANGLE", "Bend the axis to this half-angle [degrees].", "The distortion"),
 ]
 
 Twist = Annotated[
-    Text, _option("--twist", "DEGREES", "Rotate the top plate about the axis.", "The distortion")
+    Text, _option("--twist", "ANGLE", "Rotate the top plate about the axis [degrees].", "The distortion")
 ]
 
 Wave = Annotated[
@@ -321,6 +340,10 @@ PictureFile = Annotated[
     Path | None, _option("--to", "FILE", "File of the picture (default DIR/WHAT.png).", _PICTURE)
 ]
 
+Which = Annotated[str, typer.Argument(metavar="[WORD]", help="Only names that contain this word.")]
+
+ExportKind = Annotated[str, _option("--to", "FORMAT", "csv: tables; vtu: fields.", _OUTPUT)]
+
 Format = Annotated[
     Text, _option("--format", "FORMAT", "png, svg, gif or mp4 (default: by the ending of --to).", _PICTURE)
 ]
@@ -366,12 +389,15 @@ DESIGN: Group = {
     "film": (FilmLaw, None),
     "load": (Load, None),
     "support": (Support, None),
+    "bar": (Bar, None),
+    "hoops": (HoopsOption, None),
     "slack_stiffness": (Slack, None),
     "divisions": (Divisions, None),
     "cell": (Cell, None),
     "order": (Order, None),
     "lobes": (Lobes, None),
     "edge_radius": (EdgeRadius, None),
+    "settings": (Settings, None),
 }
 
 OUTPUT: Group = {

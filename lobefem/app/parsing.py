@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
+import tomllib
+from collections.abc import Iterable
 from typing import Any
 
 from lobefem.errors import InputError
 
-__all__ = ["distortion", "divisions", "integer", "integers", "one_of", "positive", "pressure"]
+__all__ = [
+    "distortion",
+    "divisions",
+    "integer",
+    "integers",
+    "no_pressure",
+    "one_of",
+    "positive",
+    "pressure",
+    "settings",
+]
 
 
 def pressure(name: str, text: str) -> float:
@@ -20,6 +32,16 @@ def pressure(name: str, text: str) -> float:
     if not 0 < value < float("inf"):
         raise InputError(f"{name}: {text!r} is no positive pressure; {PRESSURE.advice}")
     return value
+
+
+def no_pressure(command: str, given: list[str] | None) -> None:
+    """Refuse a pressure where one is looked for."""
+    if given:
+        end = ", up to --limit" if command == "critical" else ""
+        raise InputError(
+            f"--pressure: {command} looks for the pressure at which the balloon turns unstable{end}; lobefem "
+            "modes says whether it is stable at a pressure that you give"
+        )
 
 
 def divisions(name: str, text: str | None) -> tuple[tuple[int, int], ...] | None:
@@ -49,13 +71,13 @@ def positive(name: str, text: str) -> float:
 def distortion(name: str, text: str) -> Any:
     """The distortion that an option asks for."""
     from lobefem.equilibrium.distortions import Bend, Tip, Twist, Wave
-    from lobefem.units import LENGTH, NUMBER
+    from lobefem.units import DEGREES, LENGTH
 
     harmonic = 0
     if name == "--wave":
         first, _, text = text.partition(":")
         harmonic = integer("--wave", first, 0)
-    kind = NUMBER if name in ("--bend", "--twist") else LENGTH
+    kind = DEGREES if name in ("--bend", "--twist") else LENGTH
     try:
         value = kind.read(text)
     except ValueError as error:
@@ -95,3 +117,22 @@ def one_of(name: str, word: str, words: tuple[str, ...]) -> None:
     """Refuse a word that is none of the known ones."""
     if word not in words:
         raise InputError(f"{name}: {word!r} is unknown; use {' or '.join(words)}")
+
+
+def settings(name: str, texts: Iterable[str]) -> dict[str, Any]:
+    """Values by key from "film.thickness=25 um": of TOML where they are, text otherwise."""
+    values: dict[str, Any] = {}
+    for text in texts:
+        key, sign, value = (part.strip() for part in text.partition("="))
+        section, _, rest = key.partition(".")
+        if not (sign and section and rest and value):
+            raise InputError(
+                f"{name}: {text!r} is no section.key=value; give one such as film.thickness='25 um'"
+            )
+        if key in values:
+            raise InputError(f"{name}: {key} is given twice; give it once")
+        try:
+            values[key] = tomllib.loads(f"value = {value}")["value"]
+        except ValueError:
+            values[key] = value
+    return values

@@ -26,7 +26,6 @@ def results(design: Design, state: Equilibrium) -> dict[str, Any]:
         "stations": found.stations.tolist(),
         "tendon_tension": found.tendon_tension.tolist(),
         "bulge_half_angle": found.bulge_half_angle.tolist(),
-        "max_stress": found.max_stress,
         "mass": masses(design, state.balloon),
         "lift": gradient * state.volume if gradient else None,
     }

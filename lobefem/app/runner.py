@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 from lobefem import profiling
-from lobefem.app import options
+from lobefem.app import options, parsing
 from lobefem.app.process import stdout_to_stderr
 from lobefem.app.progress_bar import reporting
 from lobefem.app.tables import printable, show, show_profile
@@ -39,7 +39,15 @@ def _overridden(given: dict[str, Any], comm: Any) -> Design:
     design = Design.load(given["design"], comm)
     changes = {options.KEYS[name]: value for name, value in given.items() if name in options.KEYS}
     changes["pressure.value"] = changes.get("pressure.value") or None  # [] where it is not given
-    return design.with_overrides(changes, options.NAMES)
+    hoops, names = given.get("hoops"), options.NAMES | {"hoops.EA": "--hoops"}
+    if hoops is not None:
+        changes |= {"hoops.enabled": hoops != "none", "hoops.EA": None if hoops == "none" else hoops}
+    settings = parsing.settings("--set", given.get("settings") or ())
+    for key in settings:
+        if changes.get(key) is not None:
+            raise InputError(f"--set {key} and {names.get(key, '--hoops')} give the same key; leave out one")
+        names.pop(key, None)
+    return design.with_overrides(changes | settings, names)
 
 
 def loudness(context: typer.Context) -> dict[str, bool]:
@@ -53,7 +61,7 @@ def loudness(context: typer.Context) -> dict[str, bool]:
 
 def _study(context: typer.Context) -> dict[str, Any]:
     """The command and its own options, which with the design identify a study."""
-    no_part = {"design", "petsc", *options.KEYS, *options.OUTPUT}
+    no_part = {"design", "petsc", *options.KEYS, *options.DESIGN, *options.OUTPUT}
     own = {name: value for name, value in context.params.items() if name not in no_part and value is not None}
     return {"command": context.info_name} | own
 

@@ -19,6 +19,7 @@ from lobefem.io.xdmf import Snapshot
 from lobefem.outcomes import UNDECIDED
 from lobefem.progress import Progress, part, said
 from lobefem.version import __version__
+from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
 if TYPE_CHECKING:
     from lobefem.stability.modes import Mode
@@ -26,10 +27,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FIELDS",
-    "KINK",
     "SCHEMA",
     "STATES",
     "Outcome",
+    "borne",
     "check_state",
     "failure",
     "inflate",
@@ -44,21 +45,13 @@ STATES = ("ideal", "inflated")
 
 FIELDS = ("tension-field", "imp")  # laws with the tension field's stress
 
-_VERDICT = (
-    "whether film with fixed wrinkles is stable at a pressure is a property of the mesh: refined, it turns "
-    "unstable at any; see lobefem critical --mesh-study, and --film tension-field --state inflated"
-)
-
-KINK = (
-    "the ideal state of tension-field film lies on the border of taut and wrinkled, where its tangent "
-    "jumps: what is shown is the wrinkled side, a lower bound, beside the mean of both sides, an upper one"
-)
-
 _EQUILIBRIUM = (
     "converged", "reason", "iterations", "residual", "relative_residual", "pressure", "prestress",
     "volume", "strain_energy", "max_displacement", "bar_force", "hoop_tension", "taut_area",
     "wrinkled_area", "slack_area", "num_dofs", "steps",
 )  # fmt: skip
+
+_PEAKS = ("max_stress", "max_stress_place", "max_strain", "max_strain_place")
 
 
 @dataclass
@@ -111,7 +104,8 @@ def inflate(
         raise InputError(
             f"inflate takes one pressure, not {_list(pressures)}; give one, e.g. --pressure {pressures[-1]:g}"
         )
-    outcome = Outcome(summary("inflate", design) | dict.fromkeys((*_EQUILIBRIUM, "reference_volume")))
+    keys = (*_EQUILIBRIUM, "reference_volume", *_PEAKS)
+    outcome = Outcome(summary("inflate", design) | dict.fromkeys(keys))
     outcome.results["warnings"] += advice.of_pressures(design, pressures)
     balloon = design.balloon(design.surface(comm, sector=one_gore))
     state: Equilibrium | None
@@ -123,7 +117,7 @@ def inflate(
     except SolveError as error:
         outcome.error, state = error, error.state
     if state is not None:
-        outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM}
+        outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM} | borne(state)
         outcome.results["reference_volume"] = balloon.reference_volume
         outcome.snapshots.append(Snapshot(balloon, state.pressure, state))
         if design.is_pumpkin:
@@ -174,7 +168,7 @@ def modes(
     check_state(state, design)
     results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
     if design.film.law == "fixed-wrinkles":
-        results["warnings"].append(_VERDICT)
+        results["warnings"].append(FIXED_WRINKLES)
     if state == "ideal":
         results["warnings"] += advice.of_built_in(design)
     if state == "ideal" and design.film.law in FIELDS and not design.film.hoop_slack:
@@ -230,7 +224,9 @@ def modes(
             "num_negative": found.num_negative,
             "state_residual": held.relative_residual,
             "volume": held.volume,
-        }
+            "hoop_tension": held.hoop_tension,
+            "bar_force": held.bar_force,
+        } | borne(held)
         if sides is not None:
             entry |= {
                 "mean_modes": [mode_data(mode) for mode in sides.mean.modes],
@@ -287,6 +283,7 @@ def check_state(state: str, design: Design) -> None:
 
 def summary(command: str, design: Design) -> dict[str, Any]:
     """The part of every result that describes its origin."""
+    bar = design.plates.bar
     return {
         "schema": SCHEMA,
         "command": command,
@@ -294,12 +291,21 @@ def summary(command: str, design: Design) -> dict[str, Any]:
         "film": design.film.law,
         "load": design.pressure.load,
         "support": design.plates.support if design.has_plates else None,
+        "bar": ("rigid" if bar is True else bar or None) if design.has_plates else None,
+        "hoops": design.hoops.EA if design.hoops.enabled and design.shape.kind != "mesh" else None,
         "lobes": design.shape.lobes if design.shape.kind != "mesh" else None,
         "radius": design.size or None,
         "thickness": design.film.thickness,
+        "strength": design.film.strength,
         "divisions": design.mesh.divisions,
         "warnings": advice.of_design(design),
     }
+
+
+def borne(state: Equilibrium) -> dict[str, Any]:
+    """Largest stress and strain of a state's film and their places, for the results. Collective."""
+    stress, strain = state.max_stress(), state.max_strain()
+    return dict(zip(_PEAKS, (stress.value, stress.place, strain.value, strain.place), strict=True))
 
 
 def mode_data(mode: Mode) -> dict[str, Any]:

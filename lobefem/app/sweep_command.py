@@ -37,9 +37,9 @@ __all__ = ["QUANTITIES", "Row", "as_csv", "begin", "parameter_chart", "results",
 
 # what a row shows of each command's results, the first of them in the chart
 QUANTITIES = {
-    "inflate": ("volume", "max_displacement", "strain_energy", "bar_force"),
+    "inflate": ("volume", "max_displacement", "strain_energy", "bar_force", "max_stress"),
     "modes": ("lowest", "stable"),
-    "critical": ("critical_pressure", "harmonic", "kind"),
+    "critical": ("critical_pressure", "harmonic", "kind", "max_stress"),
     "harmonics": ("critical_pressure", "harmonic"),
     "perturb": ("imposed_ratio", "volume_final", "min_eigenvalue", "outcome"),
 }

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from lobefem.terminal import console
+from lobefem.units import pascals, scaled
+from lobefem.viz.assumptions import assumptions
 from lobefem.viz.verdict import verdict
 
 __all__ = ["printable", "show", "show_findings", "show_profile", "show_rows"]
@@ -27,22 +29,22 @@ def show(results: dict[str, Any]) -> None:
     }
     screen.print(_caption(results))
     screen.print(table[results["command"]](results))
-    if results["command"] in ("critical", "harmonics"):
+    if results["command"] != "mesh-study":  # whose table ends with it
         for sentence in verdict(results):
             screen.print(sentence, markup=False, soft_wrap=True)
 
 
 def _caption(results: dict[str, Any]) -> str:
-    """The two lines above a table."""
+    """The lines above a table."""
     if results["command"] == "inflate":
-        title = f"Equilibrium at {results['pressure']:g} Pa"
+        title = f"Equilibrium at {pascals(results['pressure'])}"
     elif results["command"] == "modes":
         title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
     elif results["command"] == "harmonics":
         title = "Critical pressure of each harmonic, ideal state"
     elif results["command"] == "perturb":
         title = f"{results['distortion']} of {results['parameter']:g} {results['unit']}".capitalize()
-        title += f" at {results['pressure']:g} Pa, {results['outcome']}"
+        title += f" at {pascals(results['pressure'])}, {results['outcome']}"
     elif results["command"] == "mesh-study":
         title = "Critical pressures under refinement, ideal state"
     else:
@@ -53,11 +55,10 @@ def _caption(results: dict[str, Any]) -> str:
         else {None: "own mesh", 1: "1 lobe"}.get(results["lobes"], f"{results['lobes']} lobes")
     )
     mesh = "x".join(map(str, results["divisions"] or ())) or "unstructured"
-    said = [] if results["radius"] is None else [f"radius {results['radius']:g} m"]
-    said += [f"{1e3 * results['thickness']:g} mm of {results['film']} film", f"{results['load']} load"]
-    said += [] if results["support"] is None else [results["support"]]
-    design = ", ".join(said)
-    return f"{title}\n{lobes}, {design}, {mesh}"
+    radius, thickness = results["radius"], scaled(results["thickness"], "m")
+    size = "" if radius is None else f"radius {scaled(radius, 'm')}, "
+    size += f"{thickness} of {results['film']} film"
+    return f"{title}\n{lobes}, {size}, {mesh}\n{', '.join(assumptions(results))}"
 
 
 def _table(*columns: str) -> Any:
@@ -76,6 +77,10 @@ _QUANTITIES = (
     ("max_displacement", "m"),
     ("bar_force", "N"),
     ("hoop_tension", "N"),
+    ("max_stress", "Pa"),
+    ("max_stress_place", "m"),
+    ("max_strain", ""),
+    ("max_strain_place", "m"),
     ("taut_area", "m^2"),
     ("wrinkled_area", "m^2"),
     ("slack_area", "m^2"),
@@ -89,87 +94,99 @@ _OF_PUMPKINS = (
     ("diameter", "m"),
     ("tendon_diameter", "m"),
     ("height", "m"),
-    ("max_stress", "Pa"),
     ("mass", "kg"),
     ("lift", "N"),
 )
 
 
 def _inflate_table(results: dict[str, Any]) -> Any:
-    table = _table("", "value", "")
-    for key, unit in (*_QUANTITIES, *(_OF_PUMPKINS if "gores" in results else ())):
-        value = results[key]
-        if value is None or value == ():
-            continue
-        text = " ".join(f"{v:.8g}" for v in (value if isinstance(value, tuple) else (value,)))
-        table.add_row(key.replace("_", " "), text, unit)
+    quantities = (*_QUANTITIES, *(_OF_PUMPKINS if "gores" in results else ()))
+    table = _quantities(results, quantities)
     if "gores" in results:
         tension, angles = results["tendon_tension"], [math.degrees(a) for a in results["bulge_half_angle"]]
         for name, of, unit in (("tendon tension", tension, "N"), ("bulge half angle", angles, "degrees")):
-            middle = of[len(of) // 2]
-            table.add_row(f"{name}, bottom middle top", f"{of[0]:.5g} {middle:.5g} {of[-1]:.5g}", unit)
+            text = ", ".join(scaled(value, unit) for value in (of[0], of[len(of) // 2], of[-1]))
+            table.add_row(f"{name}, bottom middle top", text)
+    return table
+
+
+def _quantities(results: dict[str, Any], quantities: Iterable[tuple[str, str]]) -> Any:
+    table = _table("", "value")
+    for key, unit in quantities:
+        value = results.get(key)
+        if value is None or value == ():
+            continue
+        values = value if isinstance(value, tuple) else (value,)
+        said = ", ".join(str(v) if isinstance(v, int) else scaled(v, unit) for v in values)
+        table.add_row(key.replace("_", " "), said)
     return table
 
 
 def _modes_table(results: dict[str, Any]) -> Any:
     unit = "Pa/m" if results["mass"] == "unit" else "N/m"
-    table = _table(
-        "pressure [Pa]", "mode", f"real [{unit}]", f"imag [{unit}]", "harmonic", "kind", "residual"
-    )
+    table = _table("pressure", "mode", f"real [{unit}]", f"imag [{unit}]", "harmonic", "kind", "residual")
     for entry in results["pressures"]:
         for k, mode in enumerate(entry["modes"], 1):
             table.add_row(
-                f"{entry['pressure']:g}" if k == 1 else "",
+                pascals(entry["pressure"]) if k == 1 else "",
                 str(k),
-                f"{mode['real']:.6g}",
+                f"{mode['real']:.4g}",
                 f"{mode['imag']:.3g}" if mode["imag"] else "",
                 str(mode["harmonic"]),
                 mode["kind"],
                 f"{mode['residual']:.0e}",
             )
         verdict = entry.get("verdict", "stable" if entry["stable"] else "unstable")
-        table.add_row("", "", verdict, end_section=True)
+        stress = entry.get("max_stress")
+        said = () if stress is None else ("", "", "film up to", scaled(stress, "Pa"))
+        table.add_row("", "", verdict, *said, end_section=True)
     return table
 
 
 def _critical_table(results: dict[str, Any]) -> Any:
     path = "point" in results
-    table = _table("pressure [Pa]", "harmonic", "kind", *(("point", "load's share") if path else ()))
+    table = _table("pressure", "harmonic", "kind", *(("point", "load's share") if path else ()))
     rest = [""] * (len(table.columns) - 1)
     if results["critical_pressure"] is None or results["kind"] is None:
         table.add_row(results["reason"], *rest)
     else:
-        pressure = f"{results['critical_pressure']:.6g}"
+        pressure = pascals(results["critical_pressure"])
         more = (results["point"], f"{results['projection']:.1e}") if path else ()
         table.add_row(pressure, str(results["harmonic"]), results["kind"], *more)
     for name, pressure in results.get("sides", {}).items():
-        said = "none" if pressure is None else f"{pressure:.6g}"
+        said = "none" if pressure is None else pascals(pressure)
         table.add_row(f"{name}: {said}", *rest)
-    return table
+    if "max_stress" not in results:
+        return table
+    from rich.console import Group
+
+    keys = ("max_stress", "max_strain", "hoop_tension", "bar_force")
+    return Group(table, _quantities(results, [q for q in _QUANTITIES if q[0] in keys]))
 
 
 def _study_table(results: dict[str, Any]) -> Any:
     from rich.console import Group
 
-    table = _table("mesh", "pressure [Pa]", "harmonic")
+    table = _table("mesh", "pressure", "harmonic")
     for row in results["meshes"]:
         mesh = "x".join(map(str, row["divisions"]))
-        table.add_row(mesh, f"{row['critical_pressure']:.6g}", str(row["harmonic"]))
+        table.add_row(mesh, pascals(row["critical_pressure"]), str(row["harmonic"]))
     return Group(table, *(f"- {sentence}" for sentence in results["verdict"]))
 
 
 def _harmonics_table(results: dict[str, Any]) -> Any:
     sides = any("upper_bound" in row for row in results["chart"])
     last = ("upper bound",) if sides else ()
-    table = _table("harmonic", "pressure [Pa]", "kind", "residual", "lowest", *last)
+    table = _table("harmonic", "pressure", "kind", "residual", "lowest", *last)
     for row in results["chart"]:
         pressure = row["critical_pressure"]
-        said = "never unstable" if math.isinf(pressure) else f"{pressure:.6g}"
+        said = "never unstable" if math.isinf(pressure) else pascals(pressure)
         if pressure == 0:
             said = "0" if row.get("upper_bound", 0) else "unstable at any"
         error = f"{row['residual']:.0e}" if row["kind"] else ""
         first = "<--" if row["harmonic"] == results["harmonic"] and row["kind"] else ""
-        upper = (f"{row['upper_bound']:.6g}",) if sides else ()
+        bound = row.get("upper_bound", math.inf)
+        upper = ("none" if math.isinf(bound) else pascals(bound),) if sides else ()
         table.add_row(str(row["harmonic"]), said, row["kind"], error, first, *upper)
     return table
 
@@ -198,7 +215,7 @@ def show_rows(rows: Sequence[Sequence[str]]) -> None:
     """Print a sweep's table on stdout, its head first."""
     used = [k for k, name in enumerate(rows[0]) if name != "reason" or any(row[k] for row in rows[1:])]
     table = _table(*(rows[0][k].replace("_", " ") for k in used))
-    if used[-1] == len(rows[0]) - 1 and rows[0][-1] == "reason":
+    if used[-1] == len(rows[0]) - 1 and rows[0][-1] in ("reason", "source", "units"):  # sentences, lists
         table.columns[-1].justify, table.columns[-1].no_wrap = "left", False
     for row in rows[1:]:
         table.add_row(*(row[k] for k in used))
@@ -218,26 +235,27 @@ def show_findings(findings: Sequence[Any]) -> None:
 
 def _perturb_table(results: dict[str, Any]) -> Any:
     table = _table("", "value", "")
-    table.columns[1].justify = "right"
+    table.columns[2].justify = "left"
     energy = results["energy"]
+    unit, force = results["unit"], results["reaction_unit"]
     rows = [
-        ("volume, original", results["volume_original"], "m^3"),
-        ("volume, imposed", results["volume_imposed"], f"m^3, {results['imposed_ratio']:.5f} of it"),
-        ("volume, final", results["volume_final"], "m^3"),
-        ("reaction at the end of the ramp", results["reaction"], results["reaction_unit"]),
-        ("first contact", results["first_contact"], results["unit"]),
-        ("smallest gap", results["smallest_gap"], "m"),
-        ("lowest eigenvalue", results["min_eigenvalue"], "Pa/m"),
-        ("residual of the load", results["residual"], ""),
-        ("work of the constraint", energy["constraint"], "J"),
-        ("work of the gas", energy["pressure"], "J"),
-        ("gain in strain energy", energy["strain"], "J"),
-        ("contact energy", energy["contact"], "J"),
-        ("taken by damping", energy["damping"], "J"),
-        ("not accounted for", energy["closure"], f"J, {100 * energy['error']:.2g} %"),
+        ("volume, original", results["volume_original"], "m^3", ""),
+        ("volume, imposed", results["volume_imposed"], "m^3", f"{results['imposed_ratio']:.5f} of it"),
+        ("volume, final", results["volume_final"], "m^3", ""),
+        ("reaction at the end of the ramp", results["reaction"], force, ""),
+        ("first contact", results["first_contact"], unit, ""),
+        ("smallest gap", results["smallest_gap"], "m", ""),
+        ("lowest eigenvalue", results["min_eigenvalue"], "Pa/m", ""),
+        ("residual of the load", results["residual"], "", ""),
+        ("work of the constraint", energy["constraint"], "J", ""),
+        ("work of the gas", energy["pressure"], "J", ""),
+        ("gain in strain energy", energy["strain"], "J", ""),
+        ("contact energy", energy["contact"], "J", ""),
+        ("taken by damping", energy["damping"], "J", ""),
+        ("not accounted for", energy["closure"], "J", f"{100 * energy['error']:.2g} %"),
     ]
-    for name, value, unit in rows:
-        table.add_row(name, *(("none", "") if value is None else (f"{value:.6g}", unit)))
+    for name, value, one, more in rows:
+        table.add_row(name, *(("none", "") if value is None else (scaled(value, one), more)))
     return table
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.gradient_flow import GradientFlow, Record
     from lobefem.equilibrium.inflation import inflate
     from lobefem.equilibrium.pressurisation import pressurise
-    from lobefem.equilibrium.pumpkin_measures import measure
+    from lobefem.equilibrium.pumpkin_measures import PumpkinMeasures, measure
     from lobefem.equilibrium.ramp import Increment
     from lobefem.equilibrium.state import Equilibrium, State, ideal_state, record
 
@@ -33,6 +33,7 @@ _HOME = {
     "GradientFlow": "gradient_flow",
     "Increment": "ramp",
     "Ledger": "energy_ledger",
+    "PumpkinMeasures": "pumpkin_measures",
     "Record": "gradient_flow",
     "State": "state",
     "Tip": "distortions",
@@ -60,6 +61,7 @@ __all__ = [
     "GradientFlow",
     "Increment",
     "Ledger",
+    "PumpkinMeasures",
     "Record",
     "State",
     "Tip",

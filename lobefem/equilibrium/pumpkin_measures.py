@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.frozen import Frozen
 from lobefem.typing import Array
-
-from mpi4py import MPI
 
 if TYPE_CHECKING:
     from lobefem.fem.balloon import Balloon
@@ -30,7 +28,7 @@ class PumpkinMeasures(Frozen):
         stations: arc length along the drawn tendon from the bottom, over the whole.
         tendon_tension: in the tendon there [N].
         bulge_half_angle: half angle of the arc through both tendons and the gore's middle there [rad].
-        max_stress: largest mean principal true stress of a cell [Pa].
+        max_stress: largest principal true stress of a cell [Pa], see `Equilibrium.max_stress`.
     """
 
     diameter: float
@@ -73,7 +71,7 @@ def measure(state: Equilibrium) -> PumpkinMeasures:
         stations=middle / recipe.gore.curve.arc_length,
         tendon_tension=tension,
         bulge_half_angle=np.interp(middle, s, _half_angles(x)),
-        max_stress=_largest_stress(state),
+        max_stress=state.max_stress().value,
     )
 
 
@@ -105,10 +103,3 @@ def _half_angles(x: Array) -> Array:
     # the angle there between the tendons is pi less the half angle, wherever on the arc it is
     a, b = x[:, 0] - crown, x[:, -1] - crown
     return np.pi - np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b))
-
-
-def _largest_stress(state: Equilibrium) -> float:
-    N = state.true_resultants().x.array.reshape(-1, 3)
-    principal = (N[:, 0] + N[:, 1]) / 2 + np.hypot((N[:, 0] - N[:, 1]) / 2, N[:, 2])
-    largest: Any = principal.max(initial=-np.inf)
-    return float(state.balloon.comm.allreduce(largest, op=MPI.MAX)) / state.balloon.film.thickness

@@ -11,8 +11,9 @@ from typing import Any
 from lobefem import checks
 from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
-from lobefem.fem import functionals, rigid_motions
+from lobefem.fem import functionals, peaks, rigid_motions
 from lobefem.fem.balloon import Balloon
+from lobefem.fem.peaks import Peak
 from lobefem.frozen import Frozen
 from lobefem.geometry import gather
 from lobefem.linalg import petsc
@@ -130,10 +131,24 @@ class Equilibrium(Summarized, State):
     num_dofs: int
     steps: tuple[float, ...] = ()
 
+    def nodes(self) -> Array:
+        """This rank's nodes as meshed, in the order of `displacement`, ghosts included, (nodes, 3) [m]."""
+        return self.balloon.X
+
     def stress_resultants(self) -> Any:
         """Cell means of (N_m, N_h, N_mh) [N/m] as a piecewise constant function. Collective."""
         self.restore()
         return functionals.stress_resultants(self.balloon)
+
+    def max_stress(self) -> Peak:
+        """The film's largest principal true stress [Pa], thickness as built, and where. Collective."""
+        self.restore()
+        return peaks.largest_stress(self.balloon)
+
+    def max_strain(self) -> Peak:
+        """The film's largest principal strain, built-in strain included, and where. Collective."""
+        self.restore()
+        return peaks.largest_strain(self.balloon)
 
     def regions(self) -> Any:
         """Shares (taut, wrinkled, slack) of each cell as a piecewise constant function. Collective."""
@@ -143,7 +158,8 @@ class Equilibrium(Summarized, State):
     def to_pyvista(self) -> Any:
         """The film in this state as a PyVista grid on rank 0, None elsewhere. Collective.
 
-        Points are where the nodes are now. Point data "displacement" [m]; cell data "stress_resultants"
+        Points are where the nodes are now, in the order of `nodes()` and `displacement`, those of rank 0
+        first. Point data "displacement" [m]; cell data "stress_resultants"
         (N_m, N_h, N_mh) [N/m], "regions" (shares of taut, wrinkled and slack film) and "lobe". Rank 0
         gathers all of it: see `lobefem.geometry.gather.gather` for what that takes.
         """
@@ -154,7 +170,7 @@ class Equilibrium(Summarized, State):
             "lobe": balloon.surface.lobe_numbers(),
         }
         nodal = {"displacement": gather.at_nodes(balloon.V, self.displacement)}
-        whole = gather.gather(balloon.mesh, nodal, cellwise)
+        whole = gather.gather(balloon.mesh, nodal, cellwise, balloon.V)
         if whole is None:
             return None
         grid = gather.to_pyvista(whole)

@@ -30,9 +30,10 @@ from lobefem.fem.reduced_matrix import Product, Reduction, reduction
 from lobefem.fem.ufl_access import UflAccess
 from lobefem.fem.weak_forms import LoadPath, WeakForms
 from lobefem.frozen import OnMesh
+from lobefem.geometry import gather
 from lobefem.geometry.surface import Surface
 from lobefem.geometry.surface_checks import examine
-from lobefem.linalg import dolfinx_compat, petsc
+from lobefem.linalg import petsc
 from lobefem.linalg.assembly import integral, together, totals
 from lobefem.model.components import Components, row
 from lobefem.model.end_plates import PlateLoad
@@ -43,7 +44,6 @@ from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
 from lobefem.typing import Array, Expr, Mass, Vec
 
-import basix.ufl
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
@@ -128,10 +128,8 @@ class Balloon(UflAccess, OnMesh, Summarized):
         axis = examine(surface, self.plates is not None)
         self.mesh = surface.mesh
         self.comm = self.mesh.comm
-        # degree of geometry and displacement, from the nodes of a cell
-        self.order = {3: 1, 4: 1, 6: 2, 9: 2}[dolfinx_compat.geometry_dofmap(self.mesh).shape[1]]
-        element = basix.ufl.element("Lagrange", self.mesh.basix_cell(), self.order, shape=(3,))
-        self.V = fem.functionspace(self.mesh, element)
+        self.order = gather.degree(self.mesh)
+        self.V = gather.nodal_space(self.mesh)
         self.X = self.V.tabulate_dof_coordinates()
         self.X.flags.writeable = False
         self.u = fem.Function(self.V, name="displacement")

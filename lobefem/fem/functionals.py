@@ -31,6 +31,7 @@ __all__ = [
     "region_shares",
     "stiffness_scale",
     "straining_share",
+    "strains",
     "stress_resultants",
     "true_resultants",
 ]
@@ -74,6 +75,12 @@ def stress_resultants(balloon: Balloon) -> Any:
     S = balloon.film.stress(balloon.forms.strain, balloon.forms.number)
     N = ufl.as_vector([S[0, 0], S[1, 1], S[0, 1]])
     return _cell_means(balloon, N, "stress resultants")
+
+
+def strains(balloon: Balloon) -> Any:
+    """Cell means of the strain (E_m, E_h, E_mh) in the present displacement, and built in. Collective."""
+    E = balloon.forms.strain
+    return _cell_means(balloon, ufl.as_vector([E[0, 0], E[1, 1], E[0, 1]]), "strain")
 
 
 def true_resultants(balloon: Balloon) -> Any:

@@ -1,4 +1,4 @@
-"""The whole film on rank 0 in the order of the mesh's input, which no number of ranks changes."""
+"""The whole film on rank 0: in the order of the mesh's input, the same on any ranks, or of a space."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from lobefem.frozen import Frozen
 from lobefem.linalg import dolfinx_compat
 from lobefem.typing import Array, Integers, Mesh, Space
 
+import basix.ufl
+from dolfinx import fem
 from dolfinx.cpp.io import perm_vtk
 
-__all__ = ["GatheredMesh", "at_nodes", "gather", "to_pyvista"]
+__all__ = ["GatheredMesh", "at_nodes", "degree", "gather", "nodal_space", "to_pyvista"]
 
 # by nodes of a cell: three, four, six and nine
 _VTK_TYPES = {3: 5, 4: 9, 6: 22, 9: 28}
@@ -39,7 +41,10 @@ class GatheredMesh(Frozen):
 
 
 def gather(
-    mesh: Mesh, nodal: Mapping[str, npt.NDArray[Any]], cellwise: Mapping[str, npt.NDArray[Any]]
+    mesh: Mesh,
+    nodal: Mapping[str, npt.NDArray[Any]],
+    cellwise: Mapping[str, npt.NDArray[Any]],
+    V: Any = None,
 ) -> GatheredMesh | None:
     """Nodes, cells and fields of all ranks on rank 0, None elsewhere. Collective.
 
@@ -50,11 +55,18 @@ def gather(
         mesh: DOLFINx's.
         nodal: by name, values at this rank's nodes in the order of the mesh's geometry (see `at_nodes`).
         cellwise: by name, values of this rank's cells; ghosts may follow.
+        V: a space of the geometry's degree, in whose order the nodes are to be, those of rank 0 first
+            (default: in the order of the mesh's input).
     """
     geometry, topology, comm = mesh.geometry, mesh.topology, mesh.comm
     nodes, cells = geometry.index_map().size_local, topology.index_map(topology.dim).size_local
-    numbers = np.asarray(geometry.input_global_indices, dtype=np.int64)
-    dofmap = dolfinx_compat.geometry_dofmap(mesh)[:cells]
+    dofmap = dolfinx_compat.geometry_dofmap(mesh)
+    if V is None:
+        numbers = np.asarray(geometry.input_global_indices, dtype=np.int64)
+    else:
+        numbers = np.empty(len(geometry.x), dtype=np.int64)
+        numbers[dofmap] = V.dofmap.index_map.local_to_global(V.dofmap.list.ravel()).reshape(dofmap.shape)
+    dofmap = dofmap[:cells]
     order = np.argsort(perm_vtk(topology.cell_type, dofmap.shape[1]))
     own_cells = np.asarray(topology.original_cell_index, dtype=np.int64)[:cells]
     parts = comm.gather(
@@ -89,6 +101,16 @@ def at_nodes(V: Space, field: Array) -> Array:
     out = np.empty_like(field)
     out[dolfinx_compat.geometry_dofmap(V.mesh)] = field[V.dofmap.list]
     return out
+
+
+def degree(mesh: Any) -> int:
+    """Degree of a mesh's geometry, 1 or 2, from the nodes of a cell."""
+    return {3: 1, 4: 1, 6: 2, 9: 2}[dolfinx_compat.geometry_dofmap(mesh).shape[1]]
+
+
+def nodal_space(mesh: Any) -> Any:
+    """The space of displacements of a mesh's nodes, of the geometry's degree. Collective."""
+    return fem.functionspace(mesh, basix.ufl.element("Lagrange", mesh.basix_cell(), degree(mesh), shape=(3,)))
 
 
 def to_pyvista(whole: GatheredMesh) -> Any:

@@ -254,7 +254,8 @@ class Surface(Frozen, OnMesh, Summarized):
 
         Rank 0 gathers nodes and cells of all ranks: see `lobefem.geometry.gather.gather` for what that takes.
         """
-        whole = gather.gather(self.mesh, {}, {"lobe": self.lobe_numbers()})
+        lobes = {"lobe": self.lobe_numbers()}
+        whole = gather.gather(self.mesh, {}, lobes, gather.nodal_space(self.mesh))
         return None if whole is None else gather.to_pyvista(whole)
 
     def lobe_numbers(self) -> npt.NDArray[np.int32]:

@@ -175,6 +175,7 @@ def _rebuilt(balloon: Balloon, kept: Checkpoint) -> tuple[Equilibrium, tuple[Mod
         Mode(
             displacement=kept.fields[f"real:{k}"],
             displacement_imag=kept.fields[f"imag:{k}"],
+            points=balloon.X,
             value=complex(*scalars["value"]),
             **{name: _tupled(scalars[name]) for name in _MODE},
         )

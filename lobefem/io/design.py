@@ -60,6 +60,16 @@ _SLACK = {
 }
 
 
+# keys that a change of another one makes void: both say the same thing
+_REPLACED = {
+    "film.material": ("E", "nu", "strength"),
+    "hoops.EA": ("E", "area", "material"),
+    "hoops.E": ("EA", "material"),
+    "hoops.area": ("EA",),
+    "hoops.material": ("EA", "E"),
+}
+
+
 class Design(Section):
     """A balloon as its design file describes it, checked and complete.
 
@@ -195,6 +205,9 @@ class Design(Section):
             if path in ("mesh.divisions", "mesh.size"):
                 table.pop("size" if key == "divisions" else "divisions", None)
                 table["layout"] = "structured" if key == "divisions" else "unstructured"
+            for other in _REPLACED.get(path, ()):
+                if f"{section}.{other}" not in given:
+                    table.pop(other, None)
             table[key] = value
         try:
             return Design.model_validate(tables)

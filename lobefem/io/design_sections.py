@@ -6,6 +6,7 @@ Every check raises `ValueError` with the rest of a sentence that begins with the
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
@@ -28,7 +29,9 @@ from lobefem.io.design_values import (
     text,
     word,
 )
+from lobefem.io.materials import CABLES, FILMS, MATERIALS
 from lobefem.units import (
+    AREA,
     DENSITY,
     FORCE,
     GRADIENT,
@@ -243,8 +246,10 @@ class Film(Section):
 
     `setup` says how the built-in stress of `prestress` is found: in closed form, or by inflating unstressed
     film with the prescribed load path at the design's pressure. `tangent` is Newton's for laws that are
-    written as a stress. E1, E2, nu12 and G12 in place of E and nu are those of orthotropic film, 1 along the
-    meridian; of a pumpkin only, as are its `density`, with which it has weight, and its `caps`.
+    written as a stress. `strength` is the stress at which the film breaks; it changes no result, but what is
+    said of it. A `material` has E, nu and strength where they are not given. E1, E2, nu12 and G12 in place of
+    E and nu are those of orthotropic film, 1 along the meridian; of a pumpkin only, as are its `density`,
+    with which it has weight, and its `caps`.
     """
 
     law: Annotated[str, word(*_LAWS)] = "fixed-wrinkles"
@@ -262,6 +267,8 @@ class Film(Section):
     G12: Annotated[float | None, positive(STRESS)] = None
     density: Annotated[float | None, positive(DENSITY)] = None
     caps: tuple[Cap, ...] | None = None
+    strength: Annotated[float | None, positive(STRESS)] = None
+    material: Annotated[str | None, word(*FILMS)] = None
 
     @property
     def is_orthotropic(self) -> bool:
@@ -272,6 +279,14 @@ class Film(Section):
     def modulus(self) -> float:
         """E, or the geometric mean of both moduli [Pa]."""
         return (self.E1 * self.E2) ** 0.5 if self.E1 and self.E2 else self.E or 0.0
+
+    @model_validator(mode="after")
+    def _of_material(self) -> Film:
+        if self.material is not None:
+            for key in ("E", "nu", "strength"):
+                if key not in self.model_fields_set:
+                    fill(self, key, getattr(MATERIALS[self.material], key))
+        return self
 
     @model_validator(mode="after")
     def _one_material(self) -> Film:
@@ -328,10 +343,33 @@ class Film(Section):
 
 
 class Hoops(Section):
-    """[hoops]: hoops on all seams; without this table there are none."""
+    """[hoops]: hoops on all seams; without this table there are none.
+
+    `EA`, or a cross-section's `area` and its `E` or `material`.
+    """
 
     EA: Annotated[float, positive(FORCE)] = 2.15e9
     enabled: Annotated[bool, BeforeValidator(flag)] = True
+    E: Annotated[float | None, positive(STRESS)] = None
+    area: Annotated[float | None, positive(AREA)] = None
+    material: Annotated[str | None, word(*CABLES)] = None
+
+    @model_validator(mode="after")
+    def _stiffness(self) -> Hoops:
+        if self.material is not None and self.E is None:
+            fill(self, "E", MATERIALS[self.material].E)
+        if self.E is None and self.area is None:
+            return self
+        if self.area is None:
+            key, value = ("E", self.E) if self.material is None else ("material", repr(self.material))
+            raise ValueError(f"{key} = {value} lacks the area of the hoops' cross-section; {AREA.advice}")
+        if self.E is None:
+            raise ValueError(f"area = {self.area} lacks E or a material; give one, or EA without an area")
+        EA = self.E * self.area
+        if "EA" in self.model_fields_set and not math.isclose(self.EA, EA, rel_tol=1e-9):
+            raise ValueError(f"EA = {self.EA:g} is not E times area, {EA:g} N; leave one of them out")
+        fill(self, "EA", EA)
+        return self
 
 
 class Plates(Section):

@@ -26,9 +26,12 @@ COMMON: dict[str, Entry] = {
     "film": ("", "film law"),
     "load": ("", "surfaces under gas pressure: film, or closed (film and plates)"),
     "support": ("", "support of the plates: clamped, pinned or fixed; null without end plates"),
+    "bar": ("N", "central bar between the end plates: rigid, its EA, or null without one"),
+    "hoops": ("N", "EA of the hoops at the seams; null without hoops"),
     "lobes": ("", "number of lobes; null for the kind mesh"),
     "radius": ("m", "edge radius, or R0 or radius if the design gives that; null for the kind mesh"),
     "thickness": ("m", "thickness of the film"),
+    "strength": ("Pa", "stress at which the film breaks, as in the design; null without one"),
     "divisions": ("", "cells along a lobe and around the axis; null on an unstructured mesh"),
     "converged": ("", "false if the solve failed; inflate always has it"),
     "reason": ("", "reason for which a solve or a search ended"),
@@ -65,6 +68,25 @@ def _trend(at: str, what: str) -> dict[str, Entry]:
     }
 
 
+def _peaks(at: str, where: str) -> dict[str, Entry]:
+    return {
+        f"{at}max_stress": (
+            "Pa",
+            f"largest principal true stress of the film{where}, thickness as built, mean of a cell",
+        ),
+        f"{at}max_stress_place": ("m", "centre of the cell that has it, as meshed (x, y, z)"),
+        f"{at}max_strain": (
+            "",
+            f"largest principal Green strain of the film{where}, with built-in strain, mean of a cell",
+        ),
+        f"{at}max_strain_place": ("m", "centre of the cell that has it, as meshed (x, y, z)"),
+    }
+
+
+_HOOPS: Entry = ("N", "mean tension of each hoop")
+
+_BAR: Entry = ("N", "force in the bar, tension positive; null without a bar or with both rims fixed")
+
 _HARMONIC: Entry = ("", "harmonic n of the critical mode; null without one")
 
 _BOUNDS: Entry = ("Pa", "lower and upper bound; tension-field film only")
@@ -83,8 +105,9 @@ COMMANDS: dict[str, dict[str, Entry]] = {
             "m",
             "largest nodal displacement, without the tilt that a pinned support leaves free",
         ),
-        "bar_force": ("N", "force in the bar, tension positive; null without a bar or with both rims fixed"),
-        "hoop_tension": ("N", "mean tension of each hoop"),
+        "bar_force": _BAR,
+        "hoop_tension": _HOOPS,
+        **_peaks("", ""),
         "taut_area": ("m^2", "area of the undeformed film that is taut"),
         "wrinkled_area": ("m^2", "area of the undeformed film that is wrinkled"),
         "slack_area": ("m^2", "area of the undeformed film that is slack"),
@@ -97,7 +120,6 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "stations": ("", "places along the tendon from the bottom, over its length, of the next two"),
         "tendon_tension": ("N", "by station"),
         "bulge_half_angle": ("rad", "half angle of a gore's arc by station"),
-        "max_stress": ("Pa", "largest principal true stress, mean of a cell"),
         "mass": ("kg", "of film, tendons, fittings and payload"),
         "lift": ("N", "pressure gradient times volume; null without a gradient"),
     },
@@ -122,6 +144,9 @@ COMMANDS: dict[str, dict[str, Entry]] = {
             "residual of the state over the norm of the nodal forces of the pressure",
         ),
         "pressures[].volume": ("m^3", "enclosed by film and plates"),
+        "pressures[].hoop_tension": _HOOPS,
+        "pressures[].bar_force": _BAR,
+        **_peaks("pressures[].", ""),
         "pressures[].bounds": (
             "Pa/m",
             "bounds of the least growth; only for the ideal state of tension-field film",
@@ -150,6 +175,16 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "kind": ("", "kind of the critical mode: sway, twist, global or local"),
         "residual": ("", "residual of the critical mode"),
         "pressures": ("Pa", "critical pressures that were found, ascending; ideal state only"),
+        **_peaks("", " at that pressure, or at the end of the search"),
+        "hoop_tension": ("N", "mean tension of each hoop there"),
+        "bar_force": (
+            "N",
+            "force in the bar there, tension positive; null without a bar or with both rims fixed",
+        ),
+        "strength_pressure": (
+            "Pa",
+            "pressure at which the film reaches its strength; null if it does not; with film.strength only",
+        ),
         "bounds": _BOUNDS,
         "sides.*": (
             "Pa",

@@ -8,6 +8,7 @@
     results.json      what the command line's --json holds
     fields.xdmf/.h5   mesh, displacement, stress resultants and modes; one time step a pressure
     state.npz         the last converged state
+    *.csv             eigenvalues, history and stations by height, for spreadsheets
     report.html       what --report and `lobefem report` make of it
 
 Every file appears complete or not at all. Rank 0 alone touches the file system (HDF5 apart), and
@@ -30,7 +31,9 @@ from lobefem.equilibrium.state import Checkpoint, Equilibrium, State
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.files import on_root, replace, replacing, require_writable, save_json, to_json
+from lobefem.io import spreadsheets
 from lobefem.io.checkpoints import load_modes, load_state, save_modes, save_state
+from lobefem.io.run_reader import load_run
 from lobefem.io.xdmf import Snapshot, save_fields
 from lobefem.log import logger
 from lobefem.units import shown
@@ -51,7 +54,7 @@ _PICTURES = tuple(
 
 _FILES = (
     "design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz",
-    "log.txt", "report.html",
+    "log.txt", "report.html", *spreadsheets.NAMES,
 )  # fmt: skip
 
 
@@ -185,6 +188,7 @@ class RunFolder:
             self._fresh = True
         self._sweep()
         names = (*_FILES, *_FIGURES, *_PICTURES, *(p.name for p in self.path.glob("modes-*.npz")))
+        names += tuple(p.name for p in self.path.glob("fields-*.vtu"))
         for name in names:
             (self.path / name).unlink(missing_ok=True)
         shutil.rmtree(self.path / "frames", ignore_errors=True)
@@ -316,6 +320,12 @@ class RunFolder:
             assert name in _FIGURES  # else --overwrite would leave it behind
             on_root(self.comm, self.path / name, partial(_save_figure, self.path / name, draw))
         save_json(self.path / "results.json", results, self.comm)
+        on_root(self.comm, self.path, self._tabulate)
+
+    def _tabulate(self) -> None:
+        """The tables of what has been written, on one rank."""
+        for name, text in spreadsheets.tables(load_run(self.path)).items():
+            replace(self.path / name, text)
 
 
 class _Log(logging.Handler):

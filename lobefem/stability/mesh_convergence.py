@@ -329,7 +329,7 @@ def _verdict(study: MeshStudy) -> tuple[str, ...]:
             f"The lowest critical pressure does NOT converge: it falls {span},{rate} without a limit."
         )
     else:
-        said.append(f"These meshes do not tell whether the lowest critical pressure converges: {span}.")
+        said.append(f"These meshes do not show whether the lowest critical pressure converges: {span}.")
     if own.unstable_from is not None:
         said.append(
             f"It tends to 0: in the continuum this film has no critical pressure, since from n = "
@@ -362,9 +362,7 @@ def _low(study: MeshStudy) -> str:
             continue
         beside = _without_mesh(study, own.pressures[n]) if n > 1 else ""
         words.append(f"n = {n}: {_pa(one.limit, one.uncertainty)}{beside}")
-    said = (
-        f"Independent of the mesh is each of these harmonics by itself: {', '.join(words)}." if words else ""
-    )
+    said = f"These do not depend on the mesh: {', '.join(words)}." if words else ""
     return said + (f" Not converged on these meshes: n = {', '.join(open_)}." if open_ else "")
 
 

@@ -68,6 +68,7 @@ class Mode(Frozen):
             largest nodal displacement 1. Of one sector, those of the first one: the j-th one's are
             Re((real + i imag) e^{2 pi i n j/N}), rotated with it.
         displacement_imag: imaginary part on the same scale; zero for a real eigenvalue of a whole balloon.
+        points: this rank's nodes as meshed, ghosts included, (nodes, 3) [m].
     """
 
     value: complex
@@ -77,6 +78,11 @@ class Mode(Frozen):
     kind: str
     displacement: Array = field(repr=False)
     displacement_imag: Array = field(repr=False)
+    points: Array = field(repr=False)
+
+    def nodes(self) -> Array:
+        """This rank's nodes as meshed, in the order of `displacement`, ghosts included, (nodes, 3) [m]."""
+        return self.points
 
     @property
     def rigid(self) -> bool:
@@ -126,10 +132,10 @@ class Modes(Summarized):
     def to_pyvista(self, index: int = 0) -> Any:
         """The film with one mode as a PyVista grid on rank 0, None elsewhere. Collective.
 
-        Points are where the state's nodes are. Point data "mode" and "mode_imag" (largest length 1), and the
-        state's "displacement" [m]; cell data "lobe". `grid.warp_by_vector("mode", factor=0.3)` is the
-        balloon as it moves. Rank 0 gathers all of it: see `lobefem.geometry.gather.gather` for what that
-        takes.
+        Points are where the state's nodes are, in the order of `Mode.nodes` and `Mode.displacement`, those of
+        rank 0 first. Point data "mode" and "mode_imag" (largest length 1), and the state's "displacement"
+        [m]; cell data "lobe". `grid.warp_by_vector("mode", factor=0.3)` is the balloon as it moves. Rank 0
+        gathers all of it: see `lobefem.geometry.gather.gather` for what that takes.
 
         Raises:
             InputError: no such mode.
@@ -143,7 +149,7 @@ class Modes(Summarized):
             "mode_imag": mode.displacement_imag,
         }
         nodal = {name: gather.at_nodes(balloon.V, field) for name, field in fields.items()}
-        whole = gather.gather(balloon.mesh, nodal, {"lobe": balloon.surface.lobe_numbers()})
+        whole = gather.gather(balloon.mesh, nodal, {"lobe": balloon.surface.lobe_numbers()}, balloon.V)
         if whole is None:
             return None
         grid = gather.to_pyvista(whole)
@@ -346,7 +352,7 @@ def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int,
         kind = RIGID if rigid else kind_of(balloon, field, n)
         for turned in (field, -1j * field)[: sector.copies(n)]:
             parts = turned.real.copy(), turned.imag.copy()
-            modes.append(Mode(complex(one.value), one.residual, n, (n,), kind, *parts))
+            modes.append(Mode(complex(one.value), one.residual, n, (n,), kind, *parts, balloon.X))
     negative = None
     if set(harmonics) == set(sector.harmonics):
         edge = -NEUTRAL * 1e2 * _scale(balloon)
@@ -447,4 +453,5 @@ def make_mode(balloon: Balloon, q: Vec, pair: Pair, error: float, harmonic: int 
         kind=RIGID if _turns(balloon, q, real, imag) else kind_of(balloon, real + 1j * imag, n),
         displacement=real,
         displacement_imag=imag,
+        points=balloon.X,
     )

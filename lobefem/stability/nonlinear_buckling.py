@@ -26,6 +26,7 @@ from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.modes import Mode, Modes, find_modes
 from lobefem.stability.tracing import _check_state, _state
 from lobefem.typing import Array, Mat, StateKind, Vec
+from lobefem.units import pascals
 
 from petsc4py import PETSc
 
@@ -70,7 +71,7 @@ class CriticalPoint(Summarized):
         if self.divisions is not None:
             rows.append(("mesh", "{} x {} divisions".format(*self.divisions)))
         if self.mode is None:
-            return Summary(f"stable up to {self.state.pressure:g} Pa", tuple(rows))
+            return Summary(f"no instability found up to {pascals(self.state.pressure)}", tuple(rows))
         return Summary(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
 
 

@@ -27,6 +27,7 @@ from lobefem.io.run_reader import Run, find_runs, load_run
 from lobefem.log import logger
 from lobefem.version import __version__
 from lobefem.viz import report_charts, report_shapes, report_tables
+from lobefem.viz.assumptions import assumptions
 from lobefem.viz.report_charts import Chart
 from lobefem.viz.report_shapes import Picture
 from lobefem.viz.report_tables import Table
@@ -131,7 +132,8 @@ def _page(name: str, runs: list[Run], beside: Path | None) -> str:
         data=files.plain(shown | {"scenes": scenes, "regions": list(REGIONS.items())}),
         faults=faults,
         compared=compared,
-        warned=bool(faults) or any(part.warnings for part in parts),
+        warnings=_merged([(part.run.name, part.warnings) for part in parts]),
+        remarks=_merged([(part.run.name, part.verdict[1:]) for part in parts]),
         views_left=sum(part.views_left for part in parts),
         version=__version__,
         style=markupsafe.Markup(_text("report.css")),
@@ -211,6 +213,16 @@ def _part(run: Run, name: str, room: int) -> _Part:
     )
 
 
+def _merged(said: Sequence[tuple[str, Sequence[str]]]) -> list[tuple[str, str]]:
+    """Whose each sentence is, in words, and the sentence: once, of however many runs it is."""
+    whose: dict[str, list[str]] = {}
+    for name, sentences in said:
+        for text in dict.fromkeys(sentences):
+            whose.setdefault(text, []).append(name)
+    names = {k: f"{k} runs" for k in range(4, len(said))} | {len(said): f"All {len(said)} runs"}
+    return [(names.get(len(of), ", ".join(of)), text) for text, of in whose.items()]
+
+
 def _sentences(run: Run) -> list[str]:
     """A demo's sentences on its meshes; those of a mesh study are its verdict."""
     found = run.results.get("verdict")
@@ -261,8 +273,7 @@ def _subtitle(run: Run) -> str:
     lobes, mesh = results.get("lobes"), results.get("divisions")
     said = [] if lobes is None else ["1 lobe" if lobes == 1 else f"{lobes} lobes"]
     said += [f"{results['film']} film"] if results.get("film") else []
-    said += [f"{results['load']} load"] if results.get("load") else []
-    said += [str(results["support"])] if results.get("support") else []
+    said += assumptions(results)
     if isinstance(mesh, list) and results.get("command") != "mesh-study":
         said.append(" × ".join(map(str, mesh)) + " divisions")
     return ", ".join(said)

@@ -82,7 +82,7 @@ def eigenvalues(run: Run) -> Chart | None:
                 "line": {"color": COLOURS.get(kind, "#777777"), "width": 0.6 if minor else 1.8},
                 # a mode that is among the lowest at one pressure only is a point
                 "marker": {"size": 2 if minor else 5}, "connectgaps": False,
-                "hovertemplate": f"%{{text}}<br>%{{y:.5g}} {unit} at %{{x:.5g}} Pa<extra></extra>",
+                "hovertemplate": f"%{{text}}<br>%{{y:.4g}} {unit} at %{{x:.4g}} Pa<extra></extra>",
             },
         )  # fmt: skip
         trace["x"] += [*branch["pressures"], None]
@@ -100,7 +100,7 @@ def eigenvalues(run: Run) -> Chart | None:
             {
                 "type": "scatter", "mode": "markers", "x": [critical], "y": [0.0], "name": "critical",
                 "marker": {"symbol": "circle-open", "size": 12, "line": {"width": 2}, "color": "#888888"},
-                "hovertemplate": f"critical pressure %{{x:.5g}} Pa, n = {n}<extra></extra>",
+                "hovertemplate": f"critical pressure %{{x:.4g}} Pa, n = {n}<extra></extra>",
             }
         )  # fmt: skip
     lowest = min(min(b["values"]) for b in branches)
@@ -124,7 +124,7 @@ def _name(branch: dict[str, Any]) -> str:
 
 
 def _listed(values: Sequence[float]) -> str:
-    return ", ".join(f"{value:.5g}" for value in values).replace("-", "\N{MINUS SIGN}")
+    return ", ".join(f"{value:.4g}" for value in values).replace("-", "\N{MINUS SIGN}")
 
 
 def _by_look(entries: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -170,7 +170,7 @@ def _visited(run: Run) -> Chart | None:
     trace = {
         "type": "scatter", "mode": "lines+markers", "x": x, "y": y, "name": "lowest",
         "line": {"color": COLOURS["sway"], "width": 1.8},
-        "hovertemplate": "lowest mode: %{y:.5g} Pa/m at %{x:.5g} Pa<extra></extra>",
+        "hovertemplate": "lowest mode: %{y:.4g} Pa/m at %{x:.4g} Pa<extra></extra>",
     }  # fmt: skip
     end = f"; it turns unstable by a {kind} mode of harmonic {n}" if kind else ""
     return Chart(
@@ -203,13 +203,13 @@ def harmonics(run: Run) -> Chart | None:
                 "y": [r["critical_pressure"] for r in own], "name": kind,
                 "marker": {"size": 8, "color": COLOURS.get(kind, "#777777")},
                 "text": [kind] * len(own),
-                "hovertemplate": "%{text}, n = %{x}<br>%{y:.5g} Pa<extra></extra>",
+                "hovertemplate": "%{text}, n = %{x}<br>%{y:.4g} Pa<extra></extra>",
             }
         )  # fmt: skip
     lowest = min(crossing, key=lambda r: r["critical_pressure"], default=None)
     first = "No harmonic turns unstable."
     if lowest is not None:
-        first = f"The lowest is {lowest['critical_pressure']:.5g} Pa at n = {lowest['harmonic']}."
+        first = f"The lowest is {lowest['critical_pressure']:.4g} Pa at n = {lowest['harmonic']}."
     always = [str(r["harmonic"]) for r in rows if r["critical_pressure"] == 0]
     if always:
         what = (
@@ -245,12 +245,12 @@ def refinement(run: Run) -> Chart | None:
             continue
         columns[f"n = {n} [Pa]"] = values
         limit = trend.get("limit")
-        ends = f", limit {limit:.5g} Pa" if trend.get("behaviour") == "converges" and _finite(limit) else ""
+        ends = f", limit {limit:.4g} Pa" if trend.get("behaviour") == "converges" and _finite(limit) else ""
         traces.append(
             {
                 "type": "scatter", "mode": "lines+markers", "x": around, "y": values, "name": f"n = {n}",
                 "line": {"color": "#999999", "width": 1}, "marker": {"size": 5},
-                "hovertemplate": f"n = {n}: %{{y:.5g}} Pa on %{{x}} divisions{ends}<extra></extra>",
+                "hovertemplate": f"n = {n}: %{{y:.4g}} Pa on %{{x}} divisions{ends}<extra></extra>",
             }
         )  # fmt: skip
     traces.append(
@@ -259,7 +259,7 @@ def refinement(run: Run) -> Chart | None:
             "y": [r["critical_pressure"] for r in rows], "name": "lowest of all",
             "line": {"color": COLOURS["local"], "width": 2.5}, "marker": {"size": 8},
             "text": [f", n = {r['harmonic']}" if "harmonic" in r else "" for r in rows],
-            "hovertemplate": "lowest of all%{text}<br>%{y:.5g} Pa on %{x} divisions<extra></extra>",
+            "hovertemplate": "lowest of all%{text}<br>%{y:.4g} Pa on %{x} divisions<extra></extra>",
         }
     )  # fmt: skip
     published = run.results.get("published")
@@ -268,7 +268,7 @@ def refinement(run: Run) -> Chart | None:
             {
                 "type": "scatter", "mode": "lines", "x": [around[0], around[-1]], "y": [published, published],
                 "name": "published", "line": {"color": COLOURS["sway"], "width": 1.2, "dash": "dash"},
-                "hovertemplate": f"published: {published:.5g} Pa<extra></extra>",
+                "hovertemplate": f"published: {published:.4g} Pa<extra></extra>",
             }
         )  # fmt: skip
     values = [r["critical_pressure"] for r in rows]
@@ -307,7 +307,7 @@ def history(run: Run) -> list[Chart]:
         x, y = [r["parameter"] for r in ramp], [r["reaction"] for r in ramp]
         more = ([r.get(key) for r in ramp] for key in ("volume", "contact_force"))
         head = (f"distortion [{unit}]", f"reaction [{force}]", "volume [m³]", "contact force [N]")
-        hover = f"%{{y:.5g}} {force} at %{{x:.4g}} {unit}"
+        hover = f"%{{y:.4g}} {force} at %{{x:.4g}} {unit}"
         charts.append(
             Chart(
                 "Ramp: reaction against distortion",
@@ -322,14 +322,14 @@ def history(run: Run) -> list[Chart]:
 
 
 def _told(value: Any) -> str:
-    return f"{value:.5g}" if _finite(value) else "none"
+    return f"{value:.4g}" if _finite(value) else "none"
 
 
 def _release(motion: Sequence[dict[str, Any]]) -> list[Chart]:
     time, volume = [r["time"] for r in motion], [r["volume"] for r in motion]
     logarithmic = {"xaxis": {"type": "log"}}
     said = f"{len(motion)} steps over {time[-1]:.4g} s; from {_told(volume[0])} to {_told(volume[-1])} m³."
-    line = _line(time, volume, "volume", COLOURS["sway"], "%{y:.6g} m³ after %{x:.4g} s")
+    line = _line(time, volume, "volume", COLOURS["sway"], "%{y:.4g} m³ after %{x:.4g} s")
     charts = [Chart("Release: volume against time", said, [line], "time [s]", "volume [m³]", logarithmic)]
     ledgers = [r["ledger"] for r in motion if isinstance(r.get("ledger"), dict)]
     if len(ledgers) == len(motion):
@@ -346,7 +346,7 @@ def _release(motion: Sequence[dict[str, Any]]) -> list[Chart]:
                 "Work of gas and constraint less what strain, contact and damping took; the sum, what is "
                 f"not accounted for, is {_told(terms['sum'][-1])} J at the end.",
                 [
-                    _line(time, values, name, colour, f"{name}: %{{y:.5g}} J after %{{x:.4g}} s")
+                    _line(time, values, name, colour, f"{name}: %{{y:.4g}} J after %{{x:.4g}} s")
                     for (name, values), colour in zip(terms.items(), LEDGER, strict=True)
                 ],
                 "time [s]", "energy [J]", logarithmic,

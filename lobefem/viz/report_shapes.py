@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from lobefem.geometry.axis import across
 from lobefem.io.run_reader import Run, Step
 from lobefem.typing import Array
+from lobefem.units import pascals
 from lobefem.viz.film_mesh import FilmMesh, facing, film_mesh
 from lobefem.viz.mode_figures import drawn_amplitude
 from lobefem.viz.report_tables import number, stored_modes
@@ -92,7 +93,7 @@ def mode_number(run: Run, step: int, k: int) -> int:
 
 def pressure_name(step: Step) -> str:
     """A step's pressure."""
-    return f"{step.pressure:.6g} Pa"
+    return pascals(step.pressure)
 
 
 def mode_pictures(run: Run, most: int = PICTURES) -> tuple[list[Picture], int]:

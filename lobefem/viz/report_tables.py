@@ -9,6 +9,7 @@ from typing import Any
 
 from lobefem.io import result_keys
 from lobefem.io.run_reader import Run
+from lobefem.units import scaled
 from lobefem.viz.style import UNITS
 
 __all__ = [
@@ -43,20 +44,20 @@ _CONVERGENCE = ("converged", "iterations", "residual", "relative_residual", "ste
 # what the header, another table or a chart says
 _ELSEWHERE = {
     "schema", "command", "title", "version", "versions", "warnings", "profile", "film", "load", "support",
-    "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited", "rows", "lowest",
-    "low_harmonics", "shown",
+    "bar", "hoops", "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited", "rows",
+    "lowest", "low_harmonics", "shown",
 }  # fmt: skip
 
 _MESHES = {
-    "falls": "This critical pressure depends on the mesh: it falls under refinement without a limit",
-    "open": "Whether this critical pressure depends on the mesh, the meshes of this study do not tell",
+    "falls": "This critical pressure depends on the mesh: it falls as the mesh is refined, without a limit",
+    "open": "The meshes of this study do not show whether the critical pressure depends on the mesh",
 }
 
 # units of a design's keys where they have one
 _DESIGN_UNITS = {
     "edge_radius": "m", "R0": "m", "radius": "m", "length": "m", "forming_pressure": "Pa",
-    "forming_stiffness": "N/m", "size": "m", "E": "Pa", "thickness": "m", "EA": "N", "lift": "m",
-    "value": "Pa",
+    "forming_stiffness": "N/m", "size": "m", "E": "Pa", "strength": "Pa", "thickness": "m", "EA": "N",
+    "area": "m²",    "lift": "m", "value": "Pa",
 }  # fmt: skip
 
 
@@ -67,7 +68,7 @@ def number(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
-        return f"{value:.6g}".replace("-", "\N{MINUS SIGN}") if math.isfinite(value) else "none"
+        return f"{value:.4g}".replace("-", "\N{MINUS SIGN}") if math.isfinite(value) else "none"
     if isinstance(value, (list, tuple)):
         return ", ".join(number(v) for v in value)
     return str(value)
@@ -111,7 +112,10 @@ def _told(results: Mapping[str, Any], caption: str, keys: Sequence[str]) -> Tabl
         unit, meaning = _meaning(str(results.get("command")), key)
         unit = str(results.get(unit, "")) if unit in ("unit", "reaction_unit") else unit
         words = key.replace("_", " ").replace(".", ", ")
-        rows.append((words, number(found[key]), unit.replace("^2", "²").replace("^3", "³"), meaning))
+        value = number(found[key])
+        if isinstance(found[key], float) and math.isfinite(found[key]) and unit:
+            value, _, unit = scaled(found[key], unit).replace("-", "\N{MINUS SIGN}").partition(" ")
+        rows.append((words, value, unit.replace("^2", "²").replace("^3", "³"), meaning))
     return Table(caption, ("quantity", "value", "unit", "meaning"), tuple(rows))
 
 
@@ -203,6 +207,10 @@ def pressures(run: Run) -> Table | None:
         ],
         "negative eigenvalues": [number(entry.get("num_negative")) for entry in entries],
         "volume [m³]": [number(entry.get("volume")) for entry in entries],
+        "largest film stress [MPa]": [
+            number(1e-6 * stress if isinstance(stress := entry.get("max_stress"), float) else None)
+            for entry in entries
+        ],
         "bounds of the lowest [Pa/m]": [number(entry.get("bounds")) for entry in entries],
     }
     told = {head: column for head, column in columns.items() if any(cell != "none" for cell in column)}

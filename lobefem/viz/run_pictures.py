@@ -23,6 +23,7 @@ from lobefem.files import replacing
 from lobefem.io.run_reader import Run, Step, load_run
 from lobefem.outcomes import UNKNOWN
 from lobefem.typing import Array
+from lobefem.units import pascals
 from lobefem.viz import mode_figures
 from lobefem.viz.film_mesh import FilmMesh, facing, film_mesh
 from lobefem.viz.frames import Frames, load_frames
@@ -206,7 +207,7 @@ def _title(run: Run, step: Step) -> str:
     what = f"{results['film'].replace('-', ' ')} film"
     if results["command"] == "perturb":
         what = f"{results['distortion']} of {results['parameter']:g} {results['unit']}"
-    return f"{lobes}, {what}, {step.pressure:.6g} Pa"
+    return f"{lobes}, {what}, {pascals(step.pressure)}"
 
 
 def _still(

@@ -7,26 +7,40 @@ from collections.abc import Mapping
 from typing import Any
 
 from lobefem.outcomes import RIGID, UNDECIDED, UNKNOWN
-from lobefem.units import pascals
+from lobefem.units import pascals, scaled
 
-__all__ = ["verdict"]
+__all__ = ["FIXED_WRINKLES", "KINK", "verdict"]
 
 Results = Mapping[str, Any]
 
+_NO_ANSWER = "the film model gives no answer in this shape; use --state inflated"
+
 _OUTCOMES = {
-    "returned": "Let go, the balloon returns",
-    "distorted and stable": "Let go, the balloon does not return: it rests distorted, and stable there",
-    "not an equilibrium": "Let go, the balloon comes to rest in no stable equilibrium",
-    UNKNOWN: "Let go, the balloon comes to rest; whether it is stable there could not be computed",
-    "distorted under the constraint": "Held distorted; what it does when it is let go, --release tells",
+    "returned": "The balloon returned to its shape after release",
+    "distorted and stable": "After release the balloon did not return: it is stable in another shape",
+    "not an equilibrium": "After release the balloon found no stable equilibrium",
+    UNKNOWN: "After release the balloon came to rest; whether it is stable there could not be computed",
+    "distorted under the constraint": "The balloon is still held in this shape. Add --release to let it go",
 }
+
+# the two remarks on the film with fixed wrinkles and on the ideal state of a tension field; commands warn
+# with them, so that a verdict that is read beside the warnings need not repeat them
+FIXED_WRINKLES = (
+    "with fixed wrinkles the critical pressure depends on the mesh and goes to zero as it is refined: do not "
+    "use it for design; for a realistic result use --film tension-field --state inflated"
+)
+
+KINK = (
+    "in its ideal shape a tension-field film is exactly between taut and wrinkled, so there are only a "
+    "lower and an upper bound, and the table shows the lower; use --state inflated for one number"
+)
 
 
 def verdict(results: Results) -> list[str]:
     """Sentences on stability from the results of a command; none where it failed, or says nothing of it.
 
     Args:
-        results: as in results.json, be it damaged.
+        results: as in results.json, be it damaged. What its warnings say is not said again.
     """
     make = {
         "inflate": _inflate,
@@ -39,29 +53,62 @@ def verdict(results: Results) -> list[str]:
     }.get(str(results.get("command")))
     if make is None or results.get("error"):
         return []
-    return make(results)
+    warned = results.get("warnings")
+    known = {_plain(text) for text in warned} if isinstance(warned, list) else set()
+    return [sentence for sentence in make(results) if _plain(sentence) not in known]
+
+
+def _plain(sentence: object) -> str:
+    """A sentence as it can be compared with a warning, which has no capital and no full stop."""
+    text = str(sentence).rstrip(".")
+    return text[:1].lower() + text[1:]
 
 
 def _is_pressure(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _mode(kind: Any, harmonic: Any) -> str:
-    name = f"a {kind} mode" if kind else "a mode"
-    return name if harmonic is None else f"{name} of harmonic {harmonic}"
+def _moves(kind: Any, harmonic: Any, lobes: Any) -> str:
+    """What the balloon does in a mode, as the end of a sentence."""
+    who = "the stack" if isinstance(lobes, int) and lobes > 1 else "the balloon"
+    waves = "" if harmonic is None else f" ({harmonic} {'wave' if harmonic == 1 else 'waves'} around)"
+    words = {
+        "sway": f"{who} sways sideways",
+        "twist": f"{who} twists about its axis",
+        "global": f"{who} buckles as a whole{waves}",
+        "local": f"the film buckles locally{waves}",
+    }
+    return words.get(str(kind), f"{who} buckles{waves}")
 
 
-def _mesh(results: Results) -> str:
-    divisions = results.get("divisions")
-    if not isinstance(divisions, (list, tuple)) or len(divisions) != 2:
-        return "an unstructured mesh"
-    return f"{divisions[0]} × {divisions[1]} divisions"
+def _divisions(results: Results) -> tuple[int, int] | None:
+    found = results.get("divisions")
+    if isinstance(found, (list, tuple)) and len(found) == 2 and all(isinstance(n, int) for n in found):
+        return found[0], found[1]
+    return None
+
+
+def _on_mesh(results: Results) -> list[str]:
+    """A sentence on the mesh dependence of a pressure."""
+    if results.get("film") == "fixed-wrinkles":
+        return [f"{FIXED_WRINKLES[:1].upper()}{FIXED_WRINKLES[1:]}."]
+    mesh = _divisions(results)
+    study = results.get("film") == "isotropic" and results.get("state") != "inflated"
+    study = study and results.get("command") != "modes"
+    other = " or use --mesh-study" if study else ""
+    if mesh is None:
+        return ["This result may depend on the mesh. Repeat with a finer one."]
+    finer = "x".join(str(2 * math.ceil(0.75 * n)) for n in mesh)
+    return [f"This result may depend on the mesh. Repeat with --divisions {finer}{other}."]
 
 
 def _inflate(results: Results) -> list[str]:
     if not _is_pressure(results.get("pressure")) or not results.get("converged"):
         return []
-    return [f"In equilibrium at {pascals(results['pressure'])}. Whether that is stable, lobefem modes tells."]
+    found = f"Equilibrium found at {pascals(results['pressure'])}."
+    if "gores" not in results:  # no command computes the modes of a pumpkin
+        found += " Run lobefem modes to check its stability."
+    return [found, *_bears(results)]
 
 
 # --- critical pressures -------------------------------------------------------------------------
@@ -73,20 +120,55 @@ def _critical(results: Results) -> list[str]:
         reason = str(results.get("reason") or "")
         if not reason and "chart" in results:
             reason = f"stable at any pressure{_looked_at(results)}"
-        return [f"{reason[:1].upper()}{reason[1:]}."] if reason else []
-    held = " as its pressure rises" if results.get("state") == "inflated" else _looked_at(results)
-    mode = _mode(_kind(results), results.get("harmonic"))
+        if not reason:
+            return []
+        on_mesh = _on_mesh(results) if results.get("film") != "fixed-wrinkles" else []
+        first = f"{reason[:1].upper()}{reason[1:]}."
+        return [*_breaks(results), first, *_bears(results), *on_mesh, *_assumed(results)]
+    where = _looked_at(results)
+    moves = _moves(_kind(results), results.get("harmonic"), results.get("lobes"))
     if results.get("point") == "limit point":
-        first = f"Stable{held} up to {pascals(pressure)}, a limit point; there {mode} gives way."
+        first = (
+            f"Stable{where} up to {pascals(pressure)}. That is a limit point: above it there is no "
+            f"equilibrium nearby, and {moves}."
+        )
     else:
-        first = f"Stable{held} below {pascals(pressure)}, unstable from there on in {mode}."
+        first = f"Stable{where} up to {pascals(pressure)}. Above that {moves}."
     bounds = results.get("bounds")
     if isinstance(bounds, (list, tuple)) and len(bounds) == 2 and _is_pressure(bounds[0]):
-        end = f"unstable above {pascals(bounds[1])}" if _is_pressure(bounds[1]) else "no upper bound found"
-        first = (
-            f"Stable{held} below {pascals(bounds[0])}, {end}; between the two this film's law does not tell."
-        )
-    return [first, _whose(results), *_gas(results)]
+        upper = _is_pressure(bounds[1])
+        end = f"unstable above {pascals(bounds[1])}" if upper else "no upper bound found"
+        rest = "Between them" if upper else "Above that"
+        first = f"Stable{where} below {pascals(bounds[0])}, {end}. {rest} {_NO_ANSWER}."
+    return [*_breaks(results), first, *_bears(results), *_on_mesh(results), *_assumed(results)]
+
+
+def _breaks(results: Results) -> list[str]:
+    """A sentence on film that breaks before the balloon turns unstable, or before the search ended."""
+    reached: Any = results.get("strength_pressure")
+    strength: Any = results.get("strength")
+    critical: Any = results.get("critical_pressure")
+    if not _is_pressure(reached) or not _is_pressure(strength):
+        return []
+    known = _is_pressure(critical)
+    before = f", before the balloon turns unstable at {pascals(critical)}" if known else ""
+    return [f"The film reaches its strength of {pascals(strength)} at about {pascals(reached)}{before}."]
+
+
+def _bears(results: Results) -> list[str]:
+    """A sentence on the film's largest stress, beside its strength where that is known."""
+    stress: Any = results.get("max_stress")
+    strength: Any = results.get("strength")
+    pressure: Any = results.get("pressure")
+    if not _is_pressure(stress) or _is_pressure(results.get("strength_pressure")):
+        return []
+    there = f"at {pascals(pressure)}" if _is_pressure(pressure) else "there"
+    told = f"The film is stressed to {pascals(stress)} at most {there}"
+    if not _is_pressure(strength):
+        return [f"{told}; compare that with its strength (film.strength)."]
+    if stress < strength:
+        return [f"{told}, {100 * stress / strength:.0f} % of its strength."]
+    return [f"{told}, beyond its strength of {pascals(strength)}: it breaks before."]
 
 
 def _from_nothing(results: Results) -> list[str]:
@@ -95,25 +177,33 @@ def _from_nothing(results: Results) -> list[str]:
     upper: Any = bounds[1] if isinstance(bounds, (list, tuple)) and len(bounds) == 2 else 0.0
     if upper == 0:
         where = f" in harmonic {results.get('harmonic')}" if "chart" in results else _looked_at(results)
-        return [f"Unstable at any pressure{where.rstrip(',')}."]
-    ends = f"Unstable above {pascals(upper)}; below, this" if _is_pressure(upper) else "This"
-    return [f"{ends} film's law does not tell whether the balloon is stable."]
+        return [f"Unstable at any pressure{where}."]
+    if not _is_pressure(upper):
+        return [f"Whether the balloon is stable, {_NO_ANSWER}."]
+    return [f"Unstable above {pascals(upper)}. Below that {_NO_ANSWER}."]
 
 
-def _gas(results: Results) -> list[str]:
-    """A sentence on where the gas presses, which changes a critical pressure several times over."""
-    if results.get("load") != "film" or results.get("support") == "fixed":
+def _assumed(results: Results) -> list[str]:
+    """A sentence on the load or the bar, which change a critical pressure several times over."""
+    if results.get("support") == "fixed":
+        return []
+    if results.get("load") == "closed" and results.get("bar") == "rigid":
+        return [
+            "This run has a rigid bar along the axis, which decides much in a closed balloon: if yours has "
+            "none, add --bar none."
+        ]
+    if results.get("load") != "film":
         return []
     return [
-        "Here the gas presses on the film alone (load film, the paper's). In a closed balloon it presses on "
-        "the end plates too, which can be far less stable: --load closed."
+        "In this run the gas does not press on the end plates (--load film). In a closed balloon it does, "
+        "which can lower the critical pressure several times: --load closed."
     ]
 
 
 def _looked_at(results: Results) -> str:
     """The harmonics that were looked at, "" if all were."""
     if results.get("only_harmonic") is not None:
-        return f" in harmonic {results['only_harmonic']}, which alone was looked at,"
+        return f" in harmonic {results['only_harmonic']} (no other was looked at)"
     chart, mesh = results.get("chart"), results.get("divisions")
     if isinstance(chart, list) and isinstance(mesh, (list, tuple)) and len(chart) <= mesh[-1] // 2:
         several = f" in the {len(chart)} harmonics that were looked at"
@@ -130,21 +220,6 @@ def _kind(results: Results) -> str:
     return next((str(row.get("kind")) for row in rows if row.get("harmonic") == results.get("harmonic")), "")
 
 
-def _whose(results: Results) -> str:
-    """A sentence on the mesh dependence of a critical pressure."""
-    mesh = _mesh(results)
-    if results.get("film") == "fixed-wrinkles":
-        return (
-            f"That pressure is the mesh's ({mesh}), not the balloon's: with fixed wrinkles it falls without "
-            "a limit as the mesh is refined. Closest to real film is --film tension-field --state inflated."
-        )
-    study = " or --mesh-study" if results.get("film") == "isotropic" else ""
-    return (
-        f"Whether that is the balloon's or the mesh's ({mesh}), one mesh cannot tell: compare with a finer "
-        f"one (--divisions{study})."
-    )
-
-
 def _study(results: Results) -> list[str]:
     found = results.get("verdict")
     return [str(sentence) for sentence in found] if isinstance(found, list) else []
@@ -157,23 +232,24 @@ def _modes(results: Results) -> list[str]:
         [e for e in entries if isinstance(e, Mapping) and "stable" in e] if isinstance(entries, list) else []
     )
     known = [entry for entry in known if _is_pressure(entry.get("pressure"))]
-    where = f" on this mesh ({_mesh(results)})" if results.get("film") == "fixed-wrinkles" else ""
     stable = ", ".join(pascals(entry["pressure"]) for entry in known if entry["stable"])
-    said = [f"Stable{where} at {stable}."] if stable else []
+    said = [f"Stable at {stable}."] if stable else []
     for entry in known:
         if entry.get("verdict") == UNDECIDED:
             said.append(
-                f"At {pascals(entry['pressure'])} this film's law does not tell whether the balloon is "
-                "stable: only the lower bound of its lowest eigenvalue is negative."
+                f"At {pascals(entry['pressure'])} the lower bound of the lowest eigenvalue is negative, the "
+                f"upper one positive: {_NO_ANSWER}."
             )
         elif not entry["stable"]:
             modes = entry.get("modes")
             own = [m for m in modes if not _is_rigid(m)] if isinstance(modes, list) else []
             lowest = own[0] if own and isinstance(own[0], Mapping) else {}
-            mode = _mode(lowest.get("kind"), lowest.get("harmonic"))
-            said.append(f"Unstable{where} at {pascals(entry['pressure'])} in {mode}.")
-    said += _flutter(known)
-    return said + (_gas(results) if said else [])
+            moves = _moves(lowest.get("kind"), lowest.get("harmonic"), results.get("lobes"))
+            said.append(f"Unstable at {pascals(entry['pressure'])}: {moves}.")
+    if said:
+        highest = max(known, key=lambda entry: entry["pressure"])
+        said += [*_flutter(known), *_bears({**results, **highest}), *_on_mesh(results), *_assumed(results)]
+    return said
 
 
 def _flutter(entries: list[Mapping[str, Any]]) -> list[str]:
@@ -187,8 +263,8 @@ def _flutter(entries: list[Mapping[str, Any]]) -> list[str]:
         scale = max((abs(re) for re, _ in values), default=0.0)
         if any(0 <= re < abs(im) and abs(im) > 1e-3 * scale for re, im in values):
             return [
-                f"At {pascals(entry['pressure'])} the eigenvalue of a stable mode is more imaginary than "
-                "real: without damping by the air such a pair grows, swinging (flutter)."
+                f"At {pascals(entry['pressure'])} a stable mode may flutter (a growing oscillation) if "
+                "nothing damps it: its eigenvalue is more imaginary than real."
             ]
     return []
 
@@ -201,5 +277,11 @@ def _perturb(results: Results) -> list[str]:
     outcome = _OUTCOMES.get(str(results.get("outcome")))
     if outcome is None:
         return []
+    distance: Any = results.get("distance")
+    if results.get("outcome") == "returned":
+        # below a micrometre is exact for a balloon
+        within = f", within {scaled(max(distance, 1e-6), 'm')}" if _is_pressure(distance) else ""
+        return [f"{outcome} (stable{within})."]
     reason = str(results.get("reason") or "")
-    return [f"{outcome}{': ' + reason if reason else ''}."]
+    told = reason and results.get("release", True)
+    return [f"{outcome}{': ' + reason if told else ''}."]

@@ -45,7 +45,7 @@ def test_the_run_folder_repeats_the_run(lobefem_json, shared_path, comm):
     one, other = ([m["real"] for m in r["pressures"][0]["modes"]] for r in (results, again))
     assert one == pytest.approx(other, rel=1e-9)
     names = {"design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "log.txt"}
-    names |= {"modes-1.npz"}
+    names |= {"modes-1.npz", "eigenvalues.csv", "stations.csv"}
     assert {p.name for p in folder.iterdir()} == names
 
 
@@ -58,9 +58,11 @@ def test_a_table_where_no_json_is_asked_for(shared_path, capfd, comm):
     assert len(err.splitlines()) == (1 if comm.rank == 0 else 0)
     mode = json.loads(path.read_text())["pressures"][0]["modes"][0]
     if comm.rank == 0:
-        assert f"{mode['real']:.6g}" in out
-        assert "1 lobe, radius 2 m, 0.05 mm of fixed-wrinkles film, film load, clamped, 6x10" in out
-        assert out.split()[-1] == "stable"
+        assert f"{mode['real']:.4g}" in out
+        assert (
+            "1 lobe, radius 2 m, 0.05 mm of fixed-wrinkles film, 6x10\nfilm load, clamped, rigid bar\n" in out
+        )
+        assert "Stable at 1000 Pa.\n" in out
     else:
         assert out == ""
 
@@ -70,7 +72,7 @@ def test_tables_of_the_other_commands(capfd, comm):
     out, _ = capfd.readouterr()
     if comm.rank == 0:
         row = next(line for line in out.splitlines() if "hoop tension" in line).split()
-        assert len(row[2:-1]) == 2  # one number a hoop
+        assert row[3::2] == ["N,", "N"]  # one number a hoop
         # T = p R0^2 cos(phi), on this coarse mesh
         tension = lobefem.Isotensoid.from_edge_radius(2.0).seam_tension(5.0)
         assert float(row[2]) == pytest.approx(tension, rel=0.1)
@@ -78,9 +80,51 @@ def test_tables_of_the_other_commands(capfd, comm):
     out, err = capfd.readouterr()
     if comm.rank == 0:
         assert "Critical pressure of the ideal state" in out
-        assert err.startswith("lobefem: warning: the critical pressure of film with fixed wrinkles")
+        assert err.startswith(
+            "lobefem: warning: with fixed wrinkles the critical pressure depends on the mesh"
+        )
     else:
         assert out == err == ""
+
+
+def test_bar_hoops_and_any_key_are_changed_and_named(shared_path, lobefem_json, capfd, comm):
+    folder = shared_path / "run"
+    common = ("inflate", SINGLE, *COARSE, "--lobes", "2", "--pressure", "5")
+    results, code = lobefem_json(*common, "--out", folder, "--bar", "none", "--hoops", "1 MN",
+                                 "--set", "film.thickness=25 um", "--set", "film.prestress=true",
+                                 "--set", "mesh.cell='quadrilateral'")  # fmt: skip
+    assert code == 0
+    assert (results["bar"], results["hoops"], results["thickness"]) == (None, 1e6, 2.5e-5)
+    assert results["bar_force"] is None
+    assert results["prestress"] == 5.0
+    assert 'cell = "quadrilateral"' in (folder / "design.toml").read_text()
+    results, _ = lobefem_json(*common, "--bar", "2 GN", "--hoops", "none")
+    assert (results["bar"], results["hoops"], results["hoop_tension"]) == (2e9, None, [])
+    capfd.readouterr()
+    assert cli.main([*map(str, common), "--load", "closed"]) == 0
+    out, _ = capfd.readouterr()
+    if comm.rank == 0:
+        assert "\nclosed load, clamped, rigid bar, hoops of EA 2.15 GN\n" in out
+
+
+def test_the_units_are_listed(capfd, comm):
+    assert cli.main(["units"]) == 0
+    out, _ = capfd.readouterr()
+    assert all(word in out for word in ("micron", "mil", "ksi", "lbf", "deg")) == (comm.rank == 0)
+
+
+def test_the_materials_are_listed_with_their_sources(capfd, comm):
+    from lobefem.io.materials import MATERIALS
+
+    assert cli.main(["materials"]) == 0
+    out, _ = capfd.readouterr()
+    if comm.rank == 0:
+        words = " ".join(out.split())
+        for name, one in MATERIALS.items():
+            line = next(line for line in out.splitlines() if line.split()[:1] == [name])
+            assert f"{one.density:g} kg/m^3" in line
+            assert one.title.split()[0] in words
+        assert "The list is short on purpose" in words
 
 
 def test_petsc_options_reach_the_solver_and_leave(capfd, comm):
@@ -119,7 +163,7 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
         out, err = capfd.readouterr()
         if comm.rank == 0:
             assert "modes at 1000 Pa: lowest" in err
-            assert out.split()[-1] == "stable"
+            assert "Stable at 1000 Pa.\n" in out
         else:
             assert out == err == ""
 
@@ -131,7 +175,21 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
     ("arguments", "message"),
     [
         (("--bad",), "No such option: --bad; see lobefem --help"),
-        (("explode",), "No such command 'explode'; see lobefem --help"),
+        (("detonate",), "No such command 'detonate'; see lobefem --help"),
+        (("inflate", SINGLE, "--set", "film.E"), "--set: 'film.E' is no section.key=value; give one such as"),
+        (("inflate", SINGLE, "--set", "film.thicknes=1"), "'film.thicknes' is no key of [film]; use"),
+        (("inflate", SINGLE, "--set", "film.nu=9"), "film.nu: 9 must be in (-1, 0.5]"),
+        (("inflate", SINGLE, "--set", "film.nu=0", "--set", "film.nu=0.1"), "--set: film.nu is given twice"),
+        (("inflate", SINGLE, "--set", "film.law=imp", "--film", "imp"),
+         "--set film.law and --film give the same key; leave out one"),
+        (("inflate", SINGLE, "--set", "hoops.EA=1", "--hoops", "2"), "--set hoops.EA and --hoops give the"),
+        (("inflate", SINGLE, "--hoops", "5 m"), "--hoops: '5 m' is not a force; give newtons"),
+        (("inflate", SINGLE, "--bar", "steel"), "--bar: 'steel' is no bar; give true (rigid), false (none)"),
+        (("materials", "wood"), "'wood' is no material here; use mylar-a, aluminium-6061-t6"),
+        (("units", "colour"), "'colour' is no quantity with units; use length, pressure, stress, force"),
+        (("critical", SINGLE, "--pressure", "5"),
+         "--pressure: critical looks for the pressure at which the balloon turns unstable, up to --limit"),
+        (("harmonics", SINGLE, "--pressure", "5"), "--pressure: harmonics looks for the pressure at which"),
         (("modes",), "Missing argument 'DESIGN.toml'; see lobefem modes --help"),
         (("modes", SINGLE, "--presure", "5"), "No such option: --presure"),
         (("modes", SINGLE, "--film"), "requires an argument; see lobefem"),
@@ -269,7 +327,7 @@ def test_modes_before_a_failure_are_kept(capfd, monkeypatch, comm):
     assert cli.main(["modes", SINGLE, *COARSE, "--count", "1", *pressures, "--json", "-"]) == 3
     out, err = MPI.COMM_WORLD.bcast(tuple(capfd.readouterr()), root=0)
     warning, error = err.splitlines()
-    assert "is a property of the mesh" in warning
+    assert "depends on the mesh and goes to zero" in warning
     assert error == "lobefem: the eigensolver is tired; try coffee"
     results = json.loads(out)
     assert [entry["pressure"] for entry in results["pressures"]] == [50.0]

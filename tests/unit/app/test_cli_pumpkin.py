@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lobefem.viz.assumptions import assumptions
+from lobefem.viz.verdict import verdict
+
 from mpi4py import MPI
 
 MESHES = Path(__file__).parents[3] / "meshes"
@@ -41,6 +44,9 @@ def test_the_shipped_pumpkin(lobefem_json):
     assert results["mass"] == pytest.approx(920 * 38e-6 * area + 0.01 * rope, rel=1e-4)
     assert results["lift"] is None
     assert 0.5e6 < results["max_stress"] < 1e6
+    assert 0 < results["max_strain"] < 0.02
+    assert verdict(results)[0] == "Equilibrium found at 100 Pa."
+    assert assumptions(results) == ["closed load", "clamped"]
     assert results["warnings"] == []
 
 

@@ -7,6 +7,8 @@ import pytest
 from lobefem import units
 from lobefem.units import (
     ANGLE,
+    AREA,
+    DEGREES,
     DENSITY,
     FORCE,
     GRADIENT,
@@ -20,19 +22,27 @@ from lobefem.units import (
     VOLUME,
     in_degrees,
     pascals,
+    scaled,
 )
 
 # written out, not taken from the module: a wrong factor there must not be right here
 LENGTHS = {"m": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6}
+LENGTHS |= {"micron": 1e-6, "microns": 1e-6, "mil": 2.54e-5, "in": 0.0254, "ft": 0.3048}
 PRESSURES = {
     "Pa": 1.0, "hPa": 1e2, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "mbar": 1e2, "bar": 1e5,
     "N/m^2": 1.0, "N/m2": 1.0, "N/mm^2": 1e6, "N/mm2": 1e6,
+    "psi": 6894.75729316836134, "ksi": 6894757.29316836134, "Msi": 6894757293.16836134,
 }  # fmt: skip
-FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9}
+FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6, "GN": 1e9, "lbf": 4.4482216152605, "kgf": 9.80665}
 STIFFNESSES = {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9}
+STIFFNESSES |= {"N/mm": 1e3, "N/cm": 1e2, "lbf/in": 175.126835246476378}
+AREAS = {"m^2": 1.0, "m2": 1.0, "cm^2": 1e-4, "cm2": 1e-4, "mm^2": 1e-6, "mm2": 1e-6, "in^2": 6.4516e-4}
+AREAS |= {"in2": 6.4516e-4}
+ANGLES = {"deg": 1.0, "degrees": 1.0, "°": 1.0, "rad": 57.2957795130823209}
 KINDS = (
     (LENGTH, LENGTHS), (PRESSURE, PRESSURES), (STRESS, PRESSURES), (FORCE, FORCES), (STIFFNESS, STIFFNESSES),
-    (NUMBER, {}), (ANGLE, {"rad": 1.0, "deg": math.pi / 180, "°": math.pi / 180}),
+    (AREA, AREAS), (DEGREES, ANGLES), (NUMBER, {}),
+    (ANGLE, {"rad": 1.0, "deg": math.pi / 180, "degrees": math.pi / 180, "°": math.pi / 180}),
     (MASS, {"kg": 1.0, "g": 1e-3, "t": 1e3}), (VOLUME, {"m^3": 1.0, "m3": 1.0}),
     (DENSITY, {"kg/m^3": 1.0, "kg/m3": 1.0, "g/cm^3": 1e3}), (LINE_DENSITY, {"kg/m": 1.0, "g/m": 1e-3}),
     (GRADIENT, {"Pa/m": 1.0, "N/m^3": 1.0}),
@@ -75,7 +85,7 @@ def test_the_example_in_a_message_is_read(kind):
     ("pressure", "text"),
     [
         (0.0, "0 Pa"), (4.99951, "5 Pa"), (9999.0, "9999 Pa"), (9999.6, "10 kPa"), (12345.6, "12.35 kPa"),
-        (-5e4, "-50 kPa"), (math.inf, "inf kPa"),
+        (-5e4, "-50 kPa"), (math.inf, "inf Pa"),
     ],
 )  # fmt: skip
 def test_a_pressure_in_words(pressure, text):
@@ -94,6 +104,17 @@ def test_angles_are_given_in_degrees():
         (LENGTH, "50um", 5e-5),
         (LENGTH, "50 µm", 5e-5),
         (LENGTH, "4.2 m", 4.2),
+        (LENGTH, "25 micron", 2.5e-5),
+        (LENGTH, "1 mil", 2.54e-5),
+        (LENGTH, "2 ft", 0.6096),
+        (STRESS, "1 ksi", 6894757.293168361),
+        (PRESSURE, "0.1 psi", 689.4757293168361),
+        (FORCE, "10 lbf", 44.482216152605),
+        (STIFFNESS, "1 lbf/in", 175.12683524647638),
+        (AREA, "400 mm2", 4e-4),
+        (DEGREES, "7.5", 7.5),
+        (DEGREES, "7.5 deg", 7.5),
+        (DEGREES, "0.5 rad", 28.64788975654116),
         (LENGTH, "2e-3 km", 2.0),
         (LENGTH, "2", 2.0),
         (STRESS, "3.5 GPa", 3.5e9),
@@ -132,3 +153,25 @@ def test_wrong_quantities_are_refused(kind, value, message):
     with pytest.raises(ValueError) as caught:  # noqa: PT011  the words are compared below
         kind.read(value)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "said"),
+    [
+        (5497.06, "Pa", "5497 Pa"),
+        (9999.7, "Pa", "10 kPa"),
+        (290608.0, "Pa", "290.6 kPa"),
+        (-2.45e8, "Pa", "-245 MPa"),
+        (2.5e-5, "m", "0.025 mm"),
+        (0.04, "m", "40 mm"),
+        (1.2, "m", "1.2 m"),
+        (3.9e-13, "m", "3.9e-13 m"),
+        (14800.0, "N", "14.8 kN"),
+        (2.15e9, "N", "2.15 GN"),
+        (0.0, "m", "0 m"),
+        (12.34567, "m^3", "12.35 m^3"),
+        (0.25, "", "0.25"),
+    ],
+)
+def test_numbers_are_told_with_a_handy_unit(value, unit, said):
+    assert scaled(value, unit) == said

@@ -1,5 +1,6 @@
 """The design file: what it means, what it refuses and in which words, how options change it."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -131,8 +132,8 @@ def test_overrides_as_text_from_the_command_line():
         ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates, pressure, tendons, fittings, "
          "supports, fixed or cables (did you mean film?)"),
         ("[film]\nthicknes = 1", "'film.thicknes' is no key of [film]; use law, E, nu, thickness, "
-         "slack_stiffness, prestress, hoop_slack, setup, tangent, E1, E2, nu12, G12, density or caps (did "
-         "you mean thickness?)"),
+         "slack_stiffness, prestress, hoop_slack, setup, tangent, E1, E2, nu12, G12, density, caps, strength "
+         "or material (did you mean thickness?)"),
         ("film = 3", "film: 3 is not a table; write [film] and its keys below"),
         ("[film]\nthickness = '5 kPa'",
          "film.thickness: '5 kPa' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
@@ -436,7 +437,8 @@ def test_any_tables_make_a_design_or_one_sentence(entries):
         return
     assert "\n" not in sentence
     assert any(section in sentence for section in tables)
-    assert "is not a table" not in sentence  # all of them were
+    # all sections were tables, though what film.caps lists need not be
+    assert not any(f"{section}: " in sentence and "is not a table" in sentence for section in tables)
     assert len(sentence) < 400
 
 
@@ -541,3 +543,47 @@ def test_too_much_forming_pressure_is_refused(comm):
     design = Design.parse({"shape": {"kind": "formed", "forming_pressure": 100}})
     with pytest.raises(InputError, match=r"at 100 Pa a film of E t = 187\.487 N/m bulges over its rims"):
         design.surface(comm)
+
+
+# --- materials ----------------------------------------------------------------------------------
+def test_a_material_has_what_is_not_given():
+    film = parse('[film]\nmaterial = "mylar-a"\nnu = 0.3').film
+    assert (film.E, film.nu, film.strength) == (
+        pytest.approx(4.805e9, rel=1e-3),
+        0.3,
+        pytest.approx(196.1e6, rel=1e-3),
+    )
+    hoops = parse('[hoops]\nmaterial = "aluminium-6061-t6"\narea = "400 mm^2"').hoops
+    assert pytest.approx(68.9e9 * 4e-4) == hoops.EA
+    assert pytest.approx(7e6) == parse('[hoops]\nE = "70 GPa"\narea = "1 cm2"').hoops.EA
+
+
+def test_changes_of_material_replace_what_it_had():
+    """Of a run's complete design too, in which every number is given."""
+    design = parse(parse('[film]\nmaterial = "mylar-a"\n[hoops]\nE = "70 GPa"\narea = "1 cm2"').to_toml())
+    assert pytest.approx(7e6) == design.hoops.EA
+    other = design.with_overrides({"film.material": "aluminium-6061-t6", "film.nu": 0.28, "hoops.EA": 5e6})
+    assert (other.film.E, other.film.nu, other.film.strength) == (68.9e9, 0.28, 276e6)
+    assert (other.hoops.EA, other.hoops.E, other.hoops.area) == (5e6, None, None)
+    assert pytest.approx(14e6) == design.with_overrides({"hoops.area": "2 cm2"}).hoops.EA
+    assert pytest.approx(6.89e6) == design.with_overrides({"hoops.material": "aluminium-6061-t6"}).hoops.EA
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('[film]\nmaterial = "mylar"', "film.material: 'mylar' is unknown; use mylar-a"),
+        ('[film]\nmaterial = "kevlar-49"', "film.material: 'kevlar-49' is unknown; use mylar-a or alu"),
+        ('[hoops]\nE = "70 GPa"', "hoops.E = 70000000000.0 lacks the area of the hoops' cross-section; give"),
+        ('[hoops]\nmaterial = "aluminium-6061-t6"', "hoops.material = 'aluminium-6061-t6' lacks the area"),
+        (
+            '[hoops]\nmaterial = "mylar-a"\narea = 1',
+            "hoops.material: 'mylar-a' is unknown; use aluminium-6061-t6",
+        ),
+        ('[hoops]\narea = "1 cm2"', "hoops.area = 0.0001 lacks E or a material; give one"),
+        ("[hoops]\nEA = 1\nE = 2e9\narea = 1e-4", "hoops.EA = 1 is not E times area, 200000 N; leave one"),
+    ],
+)
+def test_materials_that_say_too_little_or_too_much(text, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        parse(text)

@@ -192,6 +192,7 @@ def test_a_folder_in_use_is_refused_unless_overwritten(comm, shared_path):
     state = inflate(balloon, PRESSURE)
     RunFolder(path, comm, overwrite=True).save("y = 2\n", {}, [Snapshot(balloon, 5.0, state)])
     names = {"design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz"}
+    names |= {"stations.csv"}
     assert {p.name for p in path.iterdir()} == names
     assert (path / "design.toml").read_text() == "y = 2\n"
     comm.Barrier()

@@ -180,7 +180,7 @@ def test_every_field_of_a_mode_is_kept_or_made_a_field(comm):
     """A field that is added to a record must be kept, too."""
     from lobefem.io import checkpoints
 
-    assert {*checkpoints._MODE, "value", "displacement", "displacement_imag"} == {
+    assert {*checkpoints._MODE, "value", "displacement", "displacement_imag", "points"} == {
         f.name for f in fields(Mode)
     }
     assert {*checkpoints._OWN, *checkpoints._MEASURED} == {f.name for f in fields(Equilibrium)}

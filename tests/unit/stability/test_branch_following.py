@@ -42,7 +42,8 @@ class Scene:
             c[: len(combination)] = combination
             # modes have any length and sign
             phi = -3.0 * np.einsum("i,ink->nk", c, self.fields)
-            made.append(Mode(complex(value), 0.0, 0, (0,), "global", phi.real.copy(), phi.imag.copy()))
+            parts = (phi.real.copy(), phi.imag.copy())
+            made.append(Mode(complex(value), 0.0, 0, (0,), "global", *parts, state.nodes()))
         return Modes(state, "unit", True, 0.0, 0, tuple(made))
 
 

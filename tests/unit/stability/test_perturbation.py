@@ -230,7 +230,9 @@ def test_a_release_is_kept_where_its_end_cannot_be_judged(capfd, monkeypatch, sh
     assert results["volume_final"] == pytest.approx(results["volume_original"], rel=1e-8)
     assert any("not known: the eigensolver is tired" in warning for warning in results["warnings"])
     (sentence,) = verdict(results)
-    assert sentence.startswith("Let go, the balloon comes to rest; whether it is stable there could not be")
+    assert sentence.startswith(
+        "After release the balloon came to rest; whether it is stable there could not be"
+    )
     if comm.rank == 0:
         assert len(load_run(folder).steps) == 2
         save_picture(folder, "state", folder / "state.png", width=40)

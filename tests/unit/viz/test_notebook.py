@@ -73,6 +73,23 @@ def test_points_of_a_states_grid_are_where_its_nodes_are(modes, comm):
         np.testing.assert_allclose(grid.points - grid["displacement"], drawn.points, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("mesh", [{}, {"cell": "quadrilateral", "order": 2}])
+def test_grids_have_the_order_of_the_displacement(mesh, comm):
+    """One order for nodes(), displacement and grids: a script that combines them is right."""
+    state = ideal_state(balloon_of(**mesh), 1000.0)
+    modes = find_modes(state, count=1)
+    mode, own = modes[0], state.balloon.V.dofmap.index_map.size_local
+    np.testing.assert_array_equal(mode.nodes(), state.nodes())
+    x, moved = (np.concatenate(comm.allgather(f[:own])) for f in (state.nodes(), mode.displacement))
+    grids = state.balloon.surface.to_pyvista(), state.to_pyvista(), modes.to_pyvista(0)
+    if comm.rank == 0:
+        for grid in grids:
+            np.testing.assert_allclose(grid.points, x, rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(grids[2]["mode"], moved)
+        # cells still join their own nodes
+        assert area(grids[0]) == pytest.approx(state.balloon.reference_area, rel=0.03)
+
+
 def test_modes_and_surfaces_do_too(modes, comm):
     state = modes.state
     flat = state.balloon.surface.to_pyvista()

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lobefem.viz.verdict import verdict
+from lobefem.viz.verdict import FIXED_WRINKLES, verdict
 
 pytestmark = pytest.mark.serial
 
@@ -19,38 +19,43 @@ def chart(*pressures):
     ("results", "said"),
     [
         ({"command": "critical", **FOUND},
-         "Stable below 4420 Pa, unstable from there on in a local mode of harmonic 7."),
+         "Stable up to 4420 Pa. Above that the film buckles locally (7 waves around)."),
         ({"command": "critical", **FOUND, "only_harmonic": 7},
-         "Stable in harmonic 7, which alone was looked at, below 4420 Pa, unstable from there"),
-        ({"command": "critical", **FOUND, "state": "inflated"}, "Stable as its pressure rises below 4420 Pa"),
-        ({"command": "critical", **FOUND, "point": "limit point"}, "Stable up to 4420 Pa, a limit point;"),
+         "Stable in harmonic 7 (no other was looked at) up to 4420 Pa. Above that"),
+        ({"command": "critical", **FOUND, "state": "inflated"}, "Stable up to 4420 Pa. Above that"),
+        ({"command": "critical", **FOUND, "point": "limit point"},
+         "Stable up to 4420 Pa. That is a limit point: above it"),
         ({"command": "critical", **FOUND, "bounds": [100.0, 250.5]},
-         "Stable below 100 Pa, unstable above 250.5 Pa; between"),
-        ({"command": "critical", **FOUND, "bounds": (100.0, None)}, "Stable below 100 Pa, no upper bound"),
-        ({"command": "critical", **FOUND, "critical_pressure": None, "reason": "stable up to 20000 Pa"},
-         "Stable up to 20000 Pa."),
+         "Stable below 100 Pa, unstable above 250.5 Pa. Between them the film model gives no answer"),
+        ({"command": "critical", **FOUND, "bounds": (100.0, None)},
+         "Stable below 100 Pa, no upper bound found. Above that the film model gives no answer"),
+        ({"command": "critical", **FOUND, "critical_pressure": None,
+          "reason": "no instability found up to 20 kPa"},
+         "No instability found up to 20 kPa."),
         ({"command": "critical", **FOUND, "critical_pressure": 0.0, "reason": "unstable at any pressure"},
          "Unstable at any pressure."),
         ({"command": "critical", **FOUND, "critical_pressure": 0.0, "reason": "unstable at any pressure",
-          "only_harmonic": 7}, "Unstable at any pressure in harmonic 7, which alone was looked at."),
+          "only_harmonic": 7}, "Unstable at any pressure in harmonic 7 (no other was looked at)."),
         ({"command": "critical", **FOUND, "critical_pressure": 0.0, "bounds": [0.0, 250.5]},
-         "Unstable above 250.5 Pa; below, this film's law does not tell whether the balloon is stable."),
+         "Unstable above 250.5 Pa. Below that the film model gives no answer in this"),
         ({"command": "critical", **FOUND, "critical_pressure": 0.0, "bounds": [0.0, None]},
-         "This film's law does not tell whether the balloon is stable."),
+         "Whether the balloon is stable, the film model gives no answer in this shape; use"),
         ({**ALL, "critical_pressure": 0.0, "harmonic": 1, "chart": chart(10.0, 0.0)},
          "Unstable at any pressure in harmonic 1."),
-        ({"command": "critical", **FOUND, "critical_pressure": 290608.0}, "Stable below 290.6 kPa"),
+        ({"command": "critical", **FOUND, "critical_pressure": 290608.0}, "Stable up to 290.6 kPa"),
         ({**ALL, "critical_pressure": 9.0, "harmonic": 1, "chart": chart(*[9.0] * 17)},
-         "Stable below 9 Pa, unstable from there on in a local mode of harmonic 1."),
+         "Stable up to 9 Pa. Above that the film buckles locally (1 wave around)."),
         ({**ALL, "critical_pressure": 9.0, "harmonic": 1, "chart": chart(10.0, 9.0)},
-         "Stable in the 2 harmonics that were looked at below 9 Pa"),
+         "Stable in the 2 harmonics that were looked at up to 9 Pa"),
         ({**ALL, "critical_pressure": None, "harmonic": 0, "chart": chart(None, None)},
          "Stable at any pressure in the 2 harmonics that were looked at."),
         ({"command": "mesh-study", "verdict": ["It falls."]}, "It falls."),
-        ({"command": "inflate", "converged": True, "pressure": 5.0}, "In equilibrium at 5 Pa."),
-        ({"command": "perturb", "outcome": "returned", "reason": "at rest"},
-         "Let go, the balloon returns: at rest."),
-        ({"command": "perturb", "outcome": "distorted under the constraint"}, "Held distorted;"),
+        ({"command": "inflate", "converged": True, "pressure": 5.0},
+         "Equilibrium found at 5 Pa. Run lobefem modes"),
+        ({"command": "perturb", "outcome": "returned", "reason": "at rest", "distance": 4e-13},
+         "The balloon returned to its shape after release (stable, within 0.001 mm)."),
+        ({"command": "perturb", "outcome": "distorted under the constraint"},
+         "The balloon is still held in this"),
     ],
 )  # fmt: skip
 def test_the_first_sentence(results, said):
@@ -60,12 +65,12 @@ def test_the_first_sentence(results, said):
 @pytest.mark.parametrize(
     ("film", "said"),
     [
-        ("fixed-wrinkles", "That pressure is the mesh's (24 × 32 divisions), not the balloon's"),
-        ("isotropic", "compare with a finer one (--divisions or --mesh-study)."),
-        ("tension-field", "compare with a finer one (--divisions)."),
+        ("fixed-wrinkles", "depends on the mesh and goes to zero as it is refined: do not use it for design"),
+        ("isotropic", "may depend on the mesh. Repeat with --divisions 36x48 or use --mesh-study."),
+        ("tension-field", "may depend on the mesh. Repeat with --divisions 36x48."),
     ],
 )
-def test_whose_a_critical_pressure_is(film, said):
+def test_mesh_dependence_is_said(film, said):
     (_, whose) = verdict({"command": "critical", **FOUND, "film": film})
     assert said in whose
 
@@ -74,21 +79,53 @@ def test_pressures_of_modes():
     low = {"pressure": 500.0, "stable": True, "modes": []}
     high = {"pressure": 2000.0, "stable": False, "modes": [{"kind": "sway", "harmonic": 1}]}
     results = {"command": "modes", "pressures": [low, low | {"pressure": 1000.0}, high], **MESH}
-    said = ["Stable at 500 Pa, 1000 Pa.", "Unstable at 2000 Pa in a sway mode of harmonic 1."]
-    assert verdict(results) == said
+    said = ["Stable at 500 Pa, 1000 Pa.", "Unstable at 2000 Pa: the stack sways sideways."]
+    mesh = "This result may depend on the mesh. Repeat with --divisions 36x48."
+    assert verdict(results | {"lobes": 3}) == [*said, mesh]
     undecided = low | {"pressure": 700.0, "stable": False, "verdict": "undecided"}
-    assert verdict(results | {"pressures": [undecided]}) == [
-        "At 700 Pa this film's law does not tell whether the balloon is stable: only the lower bound of its "
-        "lowest eigenvalue is negative."
-    ]
-    results["film"] = "fixed-wrinkles"
-    assert verdict(results)[0].startswith("Stable on this mesh (24 × 32 divisions) at 500")
+    assert verdict(results | {"pressures": [undecided]})[0] == (
+        "At 700 Pa the lower bound of the lowest eigenvalue is negative, the upper one positive: the film "
+        "model gives no answer in this shape; use --state inflated."
+    )
+    warned = results | {"film": "fixed-wrinkles", "warnings": [FIXED_WRINKLES]}
+    assert verdict(warned) == [said[0], "Unstable at 2000 Pa: the balloon sways sideways."]
+    assert verdict(warned | {"warnings": []})[-1].startswith("With fixed wrinkles the critical pressure")
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"strength": 1.7e8, "strength_pressure": 3900.0},
+         "The film reaches its strength of 170 MPa at about 3900 Pa, before the balloon turns unstable"),
+        ({"strength": None}, "The film is stressed to 245 MPa at most there; compare that with its strength"),
+        ({"strength": 4.9e8, "strength_pressure": None},
+         "The film is stressed to 245 MPa at most there, 50 % of its strength."),
+    ],
+)  # fmt: skip
+def test_what_breaks_first_is_named(more, said):
+    sentences = verdict({"command": "critical", **FOUND, "max_stress": 2.45e8, **more})
+    first = next(k for k, sentence in enumerate(sentences) if sentence.startswith(said))
+    assert first == (0 if more.get("strength_pressure") else 1)
+    assert sum("strength" in sentence for sentence in sentences) == 1
+
+
+def test_film_that_breaks_at_a_pressure_is_named():
+    entry = {"pressure": 500.0, "stable": True, "modes": [], "max_stress": 3e8}
+    said = (
+        "The film is stressed to 300 MPa at most at 500 Pa, beyond its strength of 170 MPa: it breaks before."
+    )
+    results = {"strength": 1.7e8, **MESH}
+    assert said in verdict({"command": "modes", "pressures": [entry], **results})
+    assert said in verdict({"command": "inflate", "converged": True, **entry, **results})
 
 
 def test_where_the_gas_presses_is_said_where_it_matters():
     critical = {"command": "critical", **FOUND, "support": "clamped"}
     assert "--load closed" in verdict(critical | {"load": "film"})[-1]
-    for other in ({"load": "closed"}, {"load": "film", "support": "fixed"}):
+    bar = verdict(critical | {"load": "closed", "bar": "rigid"})[-1]
+    assert bar.endswith("if yours has none, add --bar none.")
+    for other in ({"load": "closed"}, {"load": "closed", "bar": None}, {"load": "film", "support": "fixed"}):
+        assert "--bar none" not in " ".join(verdict(critical | other))
         assert "--load closed" not in " ".join(verdict(critical | other))
 
 
