@@ -153,8 +153,8 @@ def _critical_table(results: dict[str, Any]) -> Any:
         pressure = pascals(results["critical_pressure"])
         more = (results["point"], f"{results['projection']:.1e}") if path else ()
         table.add_row(pressure, str(results["harmonic"]), results["kind"], *more)
-    for name, pressure in results.get("sides", {}).items():
-        said = "none" if pressure is None else pascals(pressure)
+    for name, own in results.get("sides", {}).items():
+        said = "none" if own is None else pascals(own)
         table.add_row(f"{name}: {said}", *rest)
     if "max_stress" not in results:
         return table

@@ -42,7 +42,7 @@ from lobefem.model.gas_pressure import film_volume
 from lobefem.model.kinematics import Frame, cell_frame, revolved_frame
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
-from lobefem.typing import Array, Expr, Mass, Vec
+from lobefem.typing import Array, Expr, Indices, Mass, Vec
 
 import ufl
 from dolfinx import fem
@@ -149,13 +149,13 @@ class Balloon(UflAccess, OnMesh, Summarized):
         self.free: Balloon | None = None
         tied = axis if surface.copies > 1 else None
         self.floating, self.adrift = sorted_components.free is not None, False
-        loose = np.empty(0, dtype=np.int32)
+        loose: Indices = np.empty(0, dtype=np.int32)
         if self.floating:
             require_afloat(self, sorted_components)
             loose = six_components(self.V, self.X)
         self.map = constraint_map(self.V, self.X, surface, self.fixed, self.motion, tied=tied, six=loose)
         self.w, _, _ = self.map.plate_parameters(np.zeros(self.map.num_parameters))
-        self.contact = (
+        self.contact: Contact | None = (
             self._self_contact(sorted_components.contact) if sorted_components.contact is not None else None
         )
         self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)

@@ -75,7 +75,7 @@ def _both(i: Integers, j: Integers) -> tuple[Integers, Integers]:
 
 
 def _keys(edges: Integers, count: int) -> list[int]:
-    return (np.sort(edges, axis=1) @ [count, 1]).tolist()
+    return [int(key) for key in np.sort(edges, axis=1) @ [count, 1]]
 
 
 def _volume(

@@ -105,7 +105,7 @@ def _rows(run: Run) -> Integers:
 def _areas(run: Run) -> Array:
     a, b, c = (run.x[run.triangles[:, k]] for k in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    return np.bincount(run.owners, weights=areas, minlength=len(run.corners))
+    return np.asarray(np.bincount(run.owners, weights=areas, minlength=len(run.corners)), dtype=float)
 
 
 def _fields(run: Run, step: Step) -> Array:

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from builders import pumpkin, stack
+from builders import isotensoid_pumpkin as pumpkin
+from builders import stack
 
 from lobefem.equilibrium.full_model import full_balloon, full_state
 from lobefem.equilibrium.inflation import inflate

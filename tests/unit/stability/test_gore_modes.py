@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import pumpkin, stack
+from builders import isotensoid_pumpkin as pumpkin
+from builders import stack
 
 from lobefem.equilibrium.inflation import inflate
 from lobefem.errors import InputError
