@@ -159,4 +159,4 @@ def test_verdicts_do_not_speak_of_rotations():
     local = {"kind": "local", "harmonic": 4, "real": -1.0, "imag": 0.0}
     entry = {"pressure": 100.0, "stable": False, "modes": [turn, turn, local]}
     (first, *_) = verdict({"command": "modes", "pressures": [entry], "film": "isotropic"})
-    assert "a local mode of harmonic 4" in first
+    assert "the film buckles locally (4 waves around)" in first
