@@ -100,13 +100,15 @@ _OF_PUMPKINS = (
 
 
 def _inflate_table(results: dict[str, Any]) -> Any:
-    quantities = (*_QUANTITIES, *(_OF_PUMPKINS if "gores" in results else ()))
-    table = _quantities(results, quantities)
-    if "gores" in results:
-        tension, angles = results["tendon_tension"], [math.degrees(a) for a in results["bulge_half_angle"]]
-        for name, of, unit in (("tendon tension", tension, "N"), ("bulge half angle", angles, "degrees")):
-            text = ", ".join(scaled(value, unit) for value in (of[0], of[len(of) // 2], of[-1]))
-            table.add_row(f"{name}, bottom middle top", text)
+    if "gores" not in results:
+        return _quantities(results, _QUANTITIES)
+    # the cables of a pumpkin are its tendons, whose tension is shown by place
+    quantities = [quantity for quantity in _QUANTITIES if quantity[0] != "hoop_tension"]
+    table = _quantities(results, (*quantities, *_OF_PUMPKINS))
+    tension, angles = results["tendon_tension"], [math.degrees(a) for a in results["bulge_half_angle"]]
+    for name, of, unit in (("tendon tension", tension, "N"), ("bulge half angle", angles, "degrees")):
+        text = ", ".join(scaled(value, unit) for value in (of[0], of[len(of) // 2], of[-1]))
+        table.add_row(f"{name}, bottom middle top", text)
     return table
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lobefem.app import cli
 from lobefem.viz.assumptions import assumptions
 from lobefem.viz.verdict import verdict
 
@@ -48,6 +49,13 @@ def test_the_shipped_pumpkin(lobefem_json):
     assert verdict(results)[0] == "Equilibrium found at 100 Pa."
     assert assumptions(results) == ["closed load", "clamped"]
     assert results["warnings"] == []
+
+
+def test_the_table_has_tendons_and_no_hoops(capfd):
+    assert cli.main(["inflate", PUMPKIN, "--divisions", "8x4"]) == 0
+    printed = MPI.COMM_WORLD.bcast(capfd.readouterr().out, root=0)
+    assert "tendon tension, bottom middle top" in printed
+    assert "hoop tension" not in printed
 
 
 @pytest.mark.slow
