@@ -14,6 +14,7 @@ import os
 import shutil
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 
 __all__ = ["examine", "is_whole", "publish", "workplace"]
@@ -36,8 +37,9 @@ def workplace(folder: Path) -> Path:
     """
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(f"{_PREFIX}*"):  # by runs that were killed
-        if left.stat().st_mtime < time.time() - _DAY:
-            shutil.rmtree(left, ignore_errors=True)
+        with suppress(FileNotFoundError):  # another run that has just ended removes its own
+            if left.stat().st_mtime < time.time() - _DAY:
+                shutil.rmtree(left, ignore_errors=True)
     return Path(tempfile.mkdtemp(prefix=_PREFIX, dir=folder))
 
 

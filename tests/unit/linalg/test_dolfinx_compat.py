@@ -178,6 +178,15 @@ def test_what_killed_runs_have_left_is_removed_after_a_day(shared_path, comm):
         assert sorted(shared_path.iterdir()) == sorted([new, third])
 
 
+def test_a_run_that_ends_meanwhile_does_not_disturb(shared_path, comm):
+    """Its folder is listed, and gone when it is looked at: so is a link to nowhere."""
+    if comm.rank == 0:
+        gone = shared_path / "lobefem-gone"
+        gone.symlink_to(shared_path / "nowhere")
+        assert form_cache.workplace(shared_path).is_dir()
+        assert gone.is_symlink()
+
+
 def test_compiling_is_said_while_it_lasts(comm, shared_path):
     lines = []
     with progress.announced(lines.append):
