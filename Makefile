@@ -28,7 +28,7 @@ sources = $(wildcard lobefem tests demos docker docs benchmarks)
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
 	@echo "make demo       figures, tables and report.html of demos/stability.py in $(OUT)"
-	@echo "make demos      all demos on coarse meshes in $(ALL), about four minutes"
+	@echo "make demos      all demos on coarse meshes in $(ALL), about five minutes"
 	@echo "make docs       the documentation in $(DOCS), warnings as errors; make links: its outer links"
 	@echo "make test       the test suite, serial and on two MPI ranks"
 	@echo "make test-quick its quick tests, serial only, in a minute and a half"
@@ -72,6 +72,7 @@ demos: setup
 	$(run) $(python) demos/tip_displacement.py --divisions 8x12 --out $(ALL)/tip_displacement
 	$(run) $(python) demos/contact.py --out $(ALL)/contact
 	$(run) $(python) demos/release.py --divisions 8x12 --out $(ALL)/release
+	$(run) $(python) demos/pumpkin.py --divisions 24x4 --out $(ALL)/pumpkin
 	$(run) $(python) demos/table2.py --divisions 6x8 --out $(ALL)/table2
 
 # Sphinx is fetched when it is first wanted; the system's versions of what is there already stay.

@@ -1,0 +1,190 @@
+"""Critical pressures of pumpkin balloons of 96 to 160 gores, each from one gore.
+
+The more gores a pumpkin of one size has, the lower is the pressure from which it is unstable, by a power law
+(Pagitz and Pellegrino, Int. J. Solids Struct. 44, 2007). Isotensoid of 5 m radius, fittings of 0.25 m, lobes
+of half angle 60 degrees, tension-field film of 300 MPa and 38 um, tendons of EA = 100 kN without
+foreshortening, closed load, bottom fitting held. Three meshes give each pressure and its limit, beside what
+another program finds. Writes a chart, a table and the buckling mode of all gores.
+
+    python demos/pumpkin.py --out out/pumpkin
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
+
+# isort: split
+import numpy as np
+
+from lobefem import Balloon, EndPlates, GasPressure, TensionField, find_modes, inflate
+from lobefem.errors import LobefemError
+from lobefem.files import save_json
+from lobefem.geometry.gore import ConstantAngle, Gore
+from lobefem.geometry.pumpkin import PumpkinRecipe
+from lobefem.geometry.pumpkin_curve import PumpkinCurve
+from lobefem.model.cables import Tendons
+from lobefem.stability import GorePressures, critical_pressures, full_modes
+from lobefem.viz.rendering import can_render, render_modes
+
+from mpi4py import MPI
+
+GORES = (96, 128, 160)
+ELSEWHERE = {96: 804.0, 160: 88.0}  # limits of another program's meshes [Pa]
+HARMONICS = range(7)
+
+
+def pumpkin(gores: int, divisions: tuple[int, int]) -> Balloon:
+    """One gore on quadratic quadrilaterals."""
+    gore = Gore(PumpkinCurve(5.0, 0.25), gores, ConstantAngle(math.radians(60)))
+    surface = PumpkinRecipe(gore, divisions, order=2).surface()
+    film = TensionField(E=300e6, nu=0.4, thickness=38e-6, slack_stiffness=1e-5)
+    return Balloon(surface, film, [GasPressure("closed"), Tendons(EA=1e5), EndPlates(bar=False)])
+
+
+def meshes(divisions: Sequence[int]) -> list[tuple[int, int]]:
+    """A half, three quarters and all of the cells along a gore and across it."""
+    along, across = divisions
+    if along % 4 or across % 4:
+        raise argparse.ArgumentTypeError(f"{along}x{across}: give multiples of four such as 48x8")
+    return [(along * k // 4, across * k // 4) for k in (2, 3, 4)]
+
+
+def limit(divisions: Sequence[tuple[int, int]], pressures: Sequence[float]) -> float:
+    """The pressure at a size of zero [Pa], of the line through the last two over the size's square."""
+    square = [1 / along**2 for along, _ in divisions]
+    slope = (pressures[-2] - pressures[-1]) / (square[-2] - square[-1])
+    return pressures[-1] - slope * square[-1]
+
+
+def search(gores: int, divisions: tuple[int, int], near: float) -> GorePressures:
+    """The first loss of stability about a pressure that the power law gives [Pa]."""
+    balloon = pumpkin(gores, divisions)
+    return critical_pressures(balloon, HARMONICS, up_to=2.5 * near, start=0.5 * near, growth=1.5)
+
+
+def run(
+    divisions: Sequence[int] = (48, 8),
+    *,
+    out: Path = Path("out/pumpkin"),
+    gores: Sequence[int] = GORES,
+    picture: bool = True,
+    comm: Any = MPI.COMM_WORLD,
+) -> dict[str, Any]:
+    """Compute everything, write it into `out`, and return the numbers. Collective."""
+    sizes = meshes(divisions)
+    rows = []
+    found = None
+    for count in gores:
+        near = 804.0 * (count / 96) ** -4.3
+        searched = [search(count, size, near) for size in sizes]
+        pressures = [one.pressure for one in searched]
+        complete = [p for p in pressures if p is not None]
+        rows.append(
+            {
+                "gores": count,
+                "harmonic": searched[-1].harmonic,
+                "pressures": pressures,
+                "limit": limit(sizes, complete) if len(complete) == len(sizes) else None,
+                "elsewhere": ELSEWHERE.get(count),
+            }
+        )
+        found = found or searched[0]
+    numbers = {"meshes": [list(size) for size in sizes], "balloons": rows, "exponent": exponent(rows)}
+    if comm.rank == 0:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "table.md").write_text(to_markdown(numbers), encoding="utf-8")
+        draw(numbers, out / "pumpkin.png")
+    save_json(out / "pumpkin.json", numbers, comm)
+    possible = comm.bcast(can_render() if comm.rank == 0 else None, root=0)
+    if picture and possible and found is not None and found.state is not None:
+        # the finest mesh's harmonic on the coarsest, whose full model takes seconds
+        state = inflate(found.state.balloon, 0.98 * found.state.pressure, start=found.state)
+        lowest = find_modes(state, 1, harmonics=[rows[0]["harmonic"]])
+        render_modes(full_modes(lowest), [0], out / "mode.png", pixels=(900, 760))
+    return numbers
+
+
+def exponent(rows: Sequence[dict[str, Any]]) -> float | None:
+    """The m of p ~ N^m that fits the limits best."""
+    known = [(row["gores"], row["limit"]) for row in rows if row["limit"]]
+    if len(known) < 2:
+        return None
+    count, pressure = np.log(np.array(known)).T
+    return float(np.polyfit(count, pressure, 1)[0])
+
+
+def to_markdown(numbers: dict[str, Any]) -> str:
+    """The numbers as a table."""
+    sizes = [f"{along} x {across}" for along, across in numbers["meshes"]]
+    lines = [
+        "Lowest critical pressure [Pa]; quadratic quadrilaterals along and across a gore.",
+        "",
+        f"| gores | n | {' | '.join(sizes)} | limit | another program's limit |",
+        "|" + "---|" * (len(sizes) + 4),
+    ]
+    for row in numbers["balloons"]:
+        cells = [*row["pressures"], row["limit"], row["elsewhere"]]
+        said = " | ".join("" if p is None else f"{p:.4g}" for p in cells)
+        lines.append(f"| {row['gores']} | {row['harmonic']} | {said} |")
+    if numbers["exponent"] is not None:
+        lines += ["", f"The limits go with the number of gores to the power {numbers['exponent']:.2f}."]
+    return "\n".join(lines) + "\n"
+
+
+def draw(numbers: dict[str, Any], path: Path) -> None:
+    """The chart of critical pressures over the number of gores."""
+    from matplotlib.figure import Figure
+
+    rows = [row for row in numbers["balloons"] if row["limit"]]
+    figure = Figure(figsize=(7.5, 5), layout="constrained")
+    axes = figure.add_subplot()
+    for k, (along, across) in enumerate(numbers["meshes"]):
+        shown = [(r["gores"], r["pressures"][k]) for r in rows]
+        axes.plot(*zip(*shown, strict=True), "-o", ms=4, lw=0.9, label=f"{along} x {across} cells a gore")
+    axes.plot([r["gores"] for r in rows], [r["limit"] for r in rows], "k-", lw=1.5, label="limit")
+    other = [(r["gores"], r["elsewhere"]) for r in rows if r["elsewhere"]]
+    if other:
+        style = {"mfc": "none", "mec": "k", "ms": 10, "label": "another program's limit"}
+        axes.plot(*zip(*other, strict=True), "s", **style)
+    axes.set(xscale="log", yscale="log", xlabel="gores N", ylabel="critical pressure [Pa]")
+    axes.set_xticks([r["gores"] for r in rows], [str(r["gores"]) for r in rows])
+    axes.minorticks_off()
+    axes.set_title("Pumpkin of 5 m radius, half angle 60 degrees", fontsize=11)
+    axes.grid(alpha=0.3, which="both", lw=0.5)
+    axes.legend(fontsize=8)
+    figure.savefig(path, dpi=150)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the demo from the command line."""
+    parser = argparse.ArgumentParser(description="Critical pressures of pumpkins from one gore")
+    parser.add_argument("--out", type=Path, default=Path("out/pumpkin"), help="folder to write to")
+    parser.add_argument("--divisions", default="48x8", help="of the finest mesh, along a gore and across it")
+    options = parser.parse_args(argv)
+    comm = MPI.COMM_WORLD
+    try:
+        along, across = (int(part) for part in options.divisions.split("x"))
+        meshes((along, across))
+    except (ValueError, argparse.ArgumentTypeError):
+        parser.error(f"--divisions {options.divisions}: give two multiples of four such as 48x8")
+    try:
+        numbers = run((along, across), out=options.out, comm=comm)
+    except LobefemError as error:
+        if comm.rank == 0:
+            print(f"demo: {error}", file=sys.stderr)
+        return error.exit_code
+    if comm.rank == 0:
+        print(to_markdown(numbers))
+        print(f"chart, table, picture and numbers are in {options.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
