@@ -194,7 +194,7 @@ def _along_path(
 
 
 def _borne(results: dict[str, Any], state: Equilibrium) -> None:
-    """What film, hoops and bar bear in a state, into the results. Collective."""
+    """Add stress, tension and force in film, hoops and bar to the results. Collective."""
     results |= {"hoop_tension": state.hoop_tension, "bar_force": state.bar_force} | borne(state)
 
 

@@ -35,7 +35,7 @@ class Clock:
         self._end: float | None = None
 
     def tell(self, share: float | None) -> None:
-        """That a share of the work is done; one below the last begins another part."""
+        """Show that a share of the work is done; one below the last begins another part."""
         now = self._now()
         if share is None or self.share is None or share < self.share:
             self._begin, self._end = (None if share is None else (now, share)), None

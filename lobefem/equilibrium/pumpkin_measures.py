@@ -1,4 +1,4 @@
-"""What a balloon engineer reads off a pumpkin in a state: sizes, tendon tension, bulges, stress, masses."""
+"""Measures of a pumpkin in a state, for a balloon engineer: sizes, tendon tension, bulges, stress, masses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the arguments of a `Balloon` ask of each other."""
+"""Checks of the arguments of a `Balloon` against each other."""
 
 from __future__ import annotations
 

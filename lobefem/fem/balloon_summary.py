@@ -1,4 +1,4 @@
-"""What a `Balloon` says of itself."""
+"""Summary of a `Balloon` in a few lines."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ __all__ = ["FilmAssembly"]
 
 
 class FilmAssembly:
-    """What is assembled over film, cables and contact in their present displacement `u`.
+    """Assembly over film, cables and contact in their present displacement `u`.
 
     It knows neither plates nor a constraint map, so that a balloon, its untied sector and the same balloon
     under a prescribed motion share one: a nodal vector or matrix belongs to the displacement and the loads,

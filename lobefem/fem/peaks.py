@@ -1,4 +1,4 @@
-"""Where the film bears most: its largest stress and strain, and their places."""
+"""Largest stress and strain of the film, and their places."""
 
 from __future__ import annotations
 

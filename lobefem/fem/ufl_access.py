@@ -15,7 +15,7 @@ __all__ = ["UflAccess"]
 
 
 class UflAccess:
-    """What a balloon offers to someone who writes UFL."""
+    """Access to a balloon for someone who writes UFL."""
 
     surface: Any
     forms: Any

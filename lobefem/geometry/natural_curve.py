@@ -91,7 +91,7 @@ class NaturalCurve:
         return float((self._force / self.gradient) ** (1.0 / 3.0))
 
     def _shoot(self, tension: float, cap: float, dense: bool = False) -> tuple[float, Any]:
-        """What is left over at the top, positive for a curve that closes too early, and the solution.
+        """The closing error at the top, positive for a curve that closes too early, and the solution.
 
         Args:
             tension: at the bottom, over the load there.

@@ -14,7 +14,7 @@ __all__ = ["turned"]
 
 
 def turned(corners: Integers, points: Array, rims: Sequence[Integers] = ()) -> npt.NDArray[np.bool_]:
-    """Which cells to reverse so that neighbours agree and normals point out of what the film encloses.
+    """Cells to reverse so that neighbours agree and normals point out of what the film encloses.
 
     Film with free edges beside the rims encloses nothing: there the sense of most of its cells is kept.
 

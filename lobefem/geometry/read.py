@@ -37,7 +37,7 @@ _CELLS = {
 
 @dataclass
 class _Read:
-    """What rank 0 has read: nodes numbered from 0, cells in Gmsh's order, names.
+    """A mesh file as rank 0 has read it: nodes numbered from 0, cells in Gmsh's order, names.
 
     Attributes:
         kind: Gmsh's number of the cells.

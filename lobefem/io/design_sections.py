@@ -147,7 +147,7 @@ class Shape(Section):
         return self._filled(truncation=0.55, **({} if self.R0 else {"edge_radius": _PAPER_RADIUS}))
 
     def _pumpkin(self) -> Shape:
-        """What a pumpkin needs, and what does not go together."""
+        """Check a pumpkin's keys: those that it needs, and those that exclude each other."""
         given = [key for key in _PUMPKIN_SIZES if getattr(self, key) is not None]
         said = " and ".join(f"{key} = {getattr(self, key):g}" for key in given)
         if self.curve == "natural":
@@ -272,7 +272,7 @@ class Film(Section):
 
     @property
     def is_orthotropic(self) -> bool:
-        """Whether the film has moduli of its own along and across."""
+        """True if the film has moduli of its own along and across."""
         return self.E1 is not None
 
     @property

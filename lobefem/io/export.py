@@ -1,4 +1,4 @@
-"""What a run folder holds in other forms: CSV tables for a spreadsheet, VTU files for ParaView and others."""
+"""A run folder's results in other forms: CSV tables for a spreadsheet, VTU files for ParaView and others."""
 
 from __future__ import annotations
 

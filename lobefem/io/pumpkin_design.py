@@ -186,7 +186,7 @@ def gore(design: Design) -> Gore:
 
 
 def curve(design: Design) -> TendonCurve:
-    """What the tendons lie on.
+    """The curve on which the tendons lie.
 
     Raises:
         InputError: fittings that do not fit.

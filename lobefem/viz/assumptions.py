@@ -1,4 +1,4 @@
-"""What a result assumes of load, support, bar and hoops, in a few words each."""
+"""Assumptions of a result on load, support, bar and hoops, in a few words each."""
 
 from __future__ import annotations
 

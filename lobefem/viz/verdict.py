@@ -69,7 +69,7 @@ def _is_pressure(value: Any) -> bool:
 
 
 def _moves(kind: Any, harmonic: Any, lobes: Any) -> str:
-    """What the balloon does in a mode, as the end of a sentence."""
+    """The balloon's motion in a mode, as the end of a sentence."""
     who = "the stack" if isinstance(lobes, int) and lobes > 1 else "the balloon"
     waves = "" if harmonic is None else f" ({harmonic} {'wave' if harmonic == 1 else 'waves'} around)"
     words = {
