@@ -11,11 +11,12 @@ anywhere, so the same products serve Newton's method and eigenproblems.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from lobefem.fem.cyclic_symmetry import SymmetricMotion, Ties
 from lobefem.fem.prescribed_motion import PrescribedMotion, PushedNodes
 from lobefem.fem.rigid_plates import PlateMotion, rotation
 from lobefem.typing import Array, Function, Space, Vec
@@ -23,23 +24,7 @@ from lobefem.typing import Array, Function, Space, Vec
 from mpi4py import MPI
 from petsc4py import PETSc
 
-if TYPE_CHECKING:
-    from lobefem.fem.cyclic_symmetry import SymmetricMotion
-
-__all__ = ["ConstraintMap", "Ties"]
-
-
-class Ties(NamedTuple):
-    """Nodes that do what others do, rotated: u[far] = R u[near].
-
-    Attributes:
-        far, near: block indices of the nodes (n,), all on this rank.
-        rotation: R (3, 3).
-    """
-
-    far: npt.NDArray[np.int32]
-    near: npt.NDArray[np.int32]
-    rotation: Array
+__all__ = ["ConstraintMap"]
 
 
 class ConstraintMap:

@@ -8,23 +8,35 @@ move along the axis and spin about it: the equilibrium of one sector is that of 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lobefem.errors import InputError
-from lobefem.fem.constraint_map import Ties
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.geometry.axis import Axis
 from lobefem.geometry.surface import Surface
-from lobefem.typing import Array, ComplexArray, Integers, Space
+from lobefem.typing import Array, ComplexArray, Indices, Integers, Space
 
 from dolfinx import fem
 from dolfinx.mesh import exterior_facet_indices
 
-__all__ = ["SymmetricMotion", "about_axis", "images", "plate_basis", "ties"]
+__all__ = ["SymmetricMotion", "Ties", "about_axis", "images", "plate_basis", "ties"]
 
 _SAME = 1e-8  # of the span, between a node and the image of its partner
+
+
+class Ties(NamedTuple):
+    """Nodes that do what others do, rotated: u[far] = R u[near].
+
+    Attributes:
+        far, near: block indices of the nodes (n,), all on this rank.
+        rotation: R (3, 3).
+    """
+
+    far: Indices
+    near: Indices
+    rotation: Array
 
 
 def about_axis(axis: Array, angle: float) -> Array:
