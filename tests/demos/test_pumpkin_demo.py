@@ -21,7 +21,7 @@ def test_demo_writes_chart_table_and_picture(shared_path):
     for row in (few, many):
         coarse, middle, fine = row["pressures"]
         assert coarse > middle > fine > row["limit"]
-    assert numbers["exponent"] == pytest.approx(-4.33, abs=0.1)
+    assert numbers["exponents"] == [pytest.approx(-4.33, abs=0.1)]
     assert json.loads((shared_path / "pumpkin.json").read_text()) == numbers
     assert (shared_path / "pumpkin.png").read_bytes().startswith(b"\x89PNG")
     assert (shared_path / "table.md").read_text().count("| 3 |") == 2
