@@ -5,24 +5,20 @@ lobefem's own meshes are; this is for those that users bring.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakSet
 
 import numpy as np
 
 from lobefem.errors import InputError
+from lobefem.geometry.orientation import CORNERS
+from lobefem.geometry.surface import Surface
 from lobefem.linalg import dolfinx_compat
 from lobefem.typing import Integers, Mesh
 
 from dolfinx.mesh import exterior_facet_indices
 
-if TYPE_CHECKING:
-    from lobefem.geometry.surface import Surface
-
-__all__ = ["CORNERS", "require_manifold", "vouch"]
-
-# a cell's corners in turn, by the number of its nodes
-CORNERS = {3: [0, 1, 2], 4: [0, 1, 3, 2], 6: [0, 1, 2], 9: [0, 1, 3, 2]}
+__all__ = ["require_manifold", "vouch"]
 
 _vouched: WeakSet[Any] = WeakSet()
 

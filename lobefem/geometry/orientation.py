@@ -10,7 +10,10 @@ import numpy.typing as npt
 from lobefem.errors import InputError
 from lobefem.typing import Array, Integers
 
-__all__ = ["turned"]
+__all__ = ["CORNERS", "turned"]
+
+# a cell's corners in turn, by the number of its nodes
+CORNERS = {3: [0, 1, 2], 4: [0, 1, 3, 2], 6: [0, 1, 2], 9: [0, 1, 3, 2]}
 
 
 def turned(corners: Integers, points: Array, rims: Sequence[Integers] = ()) -> npt.NDArray[np.bool_]:

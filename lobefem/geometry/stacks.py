@@ -20,7 +20,7 @@ from lobefem.geometry.axis import Axis
 from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.geometry.meridian import Lobe
-from lobefem.geometry.surface import Surface, _moved
+from lobefem.geometry.surface import Surface
 from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.memory import require_memory
 from lobefem.log import logger
@@ -379,3 +379,11 @@ def _size(size: Unchecked, shape: Lobe | Cylinder, lobes: int) -> float:
             f"size {number:g} m gives more than {_MAX_CELLS} cells; try {0.05 * shape.edge_radius:g}"
         )
     return number
+
+
+def _moved(surface: Surface, axis: Axis | None) -> Surface:
+    """A surface meshed here, taken to an axis."""
+    if axis is None or (axis.home and (axis.first == [1.0, 0.0, 0.0]).all()):
+        return surface
+    surface.mesh.geometry.x[:] = axis.origin + surface.mesh.geometry.x @ axis.basis
+    return replace(surface, axis=axis.direction, origin=axis.origin)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,11 @@ from lobefem import checks
 from lobefem.display import Summarized, Summary, number
 from lobefem.errors import InputError
 from lobefem.frozen import Frozen, OnMesh
-from lobefem.geometry import gather, surface_checks
-from lobefem.geometry.axis import Axis
+from lobefem.geometry import gather
+from lobefem.geometry.axis import unit
 from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.meridian import Lobe
+from lobefem.geometry.orientation import CORNERS
 from lobefem.linalg import dolfinx_compat
 from lobefem.typing import Array, Indices
 
@@ -189,7 +191,7 @@ class Surface(Frozen, OnMesh, Summarized):
         return tags, value
 
     def __post_init__(self) -> None:
-        for name, value in surface_checks.checked_fields(self).items():
+        for name, value in _checked_fields(self).items():
             object.__setattr__(self, name, value)
 
     @property
@@ -287,17 +289,64 @@ class Surface(Frozen, OnMesh, Summarized):
         return Summary(f"{self.num_lobes} {what}{'s' if self.num_lobes > 1 else ''}", tuple(rows))
 
 
+def _checked_fields(surface: Surface) -> dict[str, Any]:
+    """Fields of a surface as they are kept, those that are not kept as they came. Needs no communication.
+
+    Raises:
+        InputError: one that is of the wrong kind, or two that do not go together.
+    """
+    mesh = surface.mesh
+    kept: dict[str, Any] = {"groups": MappingProxyType(dict(surface.groups))}
+    if dolfinx_compat.mixes_cells(mesh):
+        raise InputError("the mesh mixes cells of several kinds; give triangles or quadrilaterals alone")
+    nodes = dolfinx_compat.geometry_dofmap(mesh).shape[1]
+    if mesh.topology.dim != 2 or mesh.geometry.dim != 3 or nodes not in CORNERS:
+        raise InputError(
+            f"the mesh has {mesh.topology.cell_name()}s of {nodes} nodes in {mesh.geometry.dim} dimensions; "
+            "give triangles or quadrilaterals of degree 1 or 2 in space, of an element with shape=(3,)"
+        )
+    if surface.shape is not None and not isinstance(surface.shape, (Lobe, Cylinder)):
+        raise InputError(
+            f"shape is {surface.shape!r}; give an Isotensoid, a NaturalShape, a Cylinder or None"
+        )
+    for name in ("num_lobes", "copies"):
+        checks.integer(name, getattr(surface, name), 1)
+    for name, group in surface.groups.items():
+        if not isinstance(group, tuple) or len(group) != 2 or group[0] not in (1, 2):
+            raise InputError(f"group '{name}' is {group!r}; give (1, tag) for edges, (2, tag) for cells")
+        if group[0] == 1 and surface.edges is None:
+            raise InputError(f"edge group '{name}' needs the facet tags that it names; give edges")
+    if surface.divisions is not None:
+        kept["divisions"] = _grid(surface)
+    if surface.axis is not None:
+        if not any(checks.numbers("the axis", surface.axis, "", 3)):
+            raise InputError("the axis is a vector of length zero; give a direction, as (0, 0, 1)")
+        kept["axis"] = unit(surface.axis)
+    if surface.origin is not None:
+        kept["origin"] = np.array(checks.numbers("the axis's origin", surface.origin, "m", 3))
+        kept["origin"].flags.writeable = False
+    return kept
+
+
+def _grid(surface: Surface) -> tuple[int, int]:
+    """Divisions, with which the number of sectors goes."""
+    pair = checks.integers("a number of divisions", surface.divisions, 1)
+    if len(pair) != 2:
+        raise InputError(
+            f"divisions is {surface.divisions!r}; give two integers (along a lobe's meridian, around)"
+        )
+    order = surface.cyclic_order
+    if order is not None and pair[1] not in (order, 2 * checks.integer("cyclic_order", order, 1)):
+        raise InputError(
+            f"cyclic_order = {order} does not fit {pair[1]} divisions around; give {pair[1]}, half of it "
+            "where diagonals alternate, or None"
+        )
+    return pair[0], pair[1]
+
+
 def _communicator(comm: Any) -> Any:
     if comm is not None:
         return comm
     from mpi4py import MPI
 
     return MPI.COMM_WORLD
-
-
-def _moved(surface: Surface, axis: Axis | None) -> Surface:
-    """A surface meshed here, taken to an axis."""
-    if axis is None or (axis.home and (axis.first == [1.0, 0.0, 0.0]).all()):
-        return surface
-    surface.mesh.geometry.x[:] = axis.origin + surface.mesh.geometry.x @ axis.basis
-    return replace(surface, axis=axis.direction, origin=axis.origin)

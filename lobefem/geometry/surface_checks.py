@@ -8,29 +8,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import checks
 from lobefem.errors import InputError
 from lobefem.frozen import Frozen
 from lobefem.geometry.axis import Axis, across, circle, rounded, unit
-from lobefem.geometry.flat_cylinder import Cylinder
-from lobefem.geometry.manifold import CORNERS, require_manifold
-from lobefem.geometry.meridian import Lobe
+from lobefem.geometry.manifold import require_manifold
+from lobefem.geometry.orientation import CORNERS
+from lobefem.geometry.surface import Surface
 from lobefem.linalg import dolfinx_compat
 from lobefem.typing import Array, Mesh
 
 from dolfinx.mesh import exterior_facet_indices
 from mpi4py import MPI
 
-if TYPE_CHECKING:
-    from lobefem.geometry.surface import Surface
-
-__all__ = ["checked_fields", "examine"]
+__all__ = ["examine"]
 
 _RIMS = ("rim_bottom", "rim_top")
 
@@ -53,61 +47,6 @@ class _Rim(Frozen):
     ends: Array
     centre: Array = field(default_factory=lambda: np.zeros(3))
     radius: float = 0.0
-
-
-def checked_fields(surface: Surface) -> dict[str, Any]:
-    """Fields of a surface as they are kept, those that are not kept as they came. Needs no communication.
-
-    Raises:
-        InputError: one that is of the wrong kind, or two that do not go together.
-    """
-    mesh = surface.mesh
-    kept: dict[str, Any] = {"groups": MappingProxyType(dict(surface.groups))}
-    if dolfinx_compat.mixes_cells(mesh):
-        raise InputError("the mesh mixes cells of several kinds; give triangles or quadrilaterals alone")
-    nodes = dolfinx_compat.geometry_dofmap(mesh).shape[1]
-    if mesh.topology.dim != 2 or mesh.geometry.dim != 3 or nodes not in CORNERS:
-        raise InputError(
-            f"the mesh has {mesh.topology.cell_name()}s of {nodes} nodes in {mesh.geometry.dim} dimensions; "
-            "give triangles or quadrilaterals of degree 1 or 2 in space, of an element with shape=(3,)"
-        )
-    if surface.shape is not None and not isinstance(surface.shape, (Lobe, Cylinder)):
-        raise InputError(
-            f"shape is {surface.shape!r}; give an Isotensoid, a NaturalShape, a Cylinder or None"
-        )
-    for name in ("num_lobes", "copies"):
-        checks.integer(name, getattr(surface, name), 1)
-    for name, group in surface.groups.items():
-        if not isinstance(group, tuple) or len(group) != 2 or group[0] not in (1, 2):
-            raise InputError(f"group '{name}' is {group!r}; give (1, tag) for edges, (2, tag) for cells")
-        if group[0] == 1 and surface.edges is None:
-            raise InputError(f"edge group '{name}' needs the facet tags that it names; give edges")
-    if surface.divisions is not None:
-        kept["divisions"] = _grid(surface)
-    if surface.axis is not None:
-        if not any(checks.numbers("the axis", surface.axis, "", 3)):
-            raise InputError("the axis is a vector of length zero; give a direction, as (0, 0, 1)")
-        kept["axis"] = unit(surface.axis)
-    if surface.origin is not None:
-        kept["origin"] = np.array(checks.numbers("the axis's origin", surface.origin, "m", 3))
-        kept["origin"].flags.writeable = False
-    return kept
-
-
-def _grid(surface: Surface) -> tuple[int, int]:
-    """Divisions, with which the number of sectors goes."""
-    pair = checks.integers("a number of divisions", surface.divisions, 1)
-    if len(pair) != 2:
-        raise InputError(
-            f"divisions is {surface.divisions!r}; give two integers (along a lobe's meridian, around)"
-        )
-    order = surface.cyclic_order
-    if order is not None and pair[1] not in (order, 2 * checks.integer("cyclic_order", order, 1)):
-        raise InputError(
-            f"cyclic_order = {order} does not fit {pair[1]} divisions around; give {pair[1]}, half of it "
-            "where diagonals alternate, or None"
-        )
-    return pair[0], pair[1]
 
 
 def examine(surface: Surface, closed: bool) -> Axis:

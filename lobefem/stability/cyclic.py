@@ -30,7 +30,7 @@ from lobefem.fem.cyclic_symmetry import plate_basis
 from lobefem.fem.cylindrical import cylindrical
 from lobefem.fem.functionals import displacement_of
 from lobefem.frozen import Frozen
-from lobefem.geometry.manifold import CORNERS
+from lobefem.geometry.orientation import CORNERS
 from lobefem.geometry.stacks import sector_of
 from lobefem.linalg.banded import as_scipy
 from lobefem.linalg.dolfinx_compat import geometry_dofmap
