@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lobefem.equilibrium.pumpkin_measures import measure
-from lobefem.io.pumpkin_design import GRAVITY, masses
+from lobefem.io.design_tables import GRAVITY
+from lobefem.io.pumpkin_design import masses
 
 if TYPE_CHECKING:
     from lobefem.equilibrium.state import Equilibrium

@@ -10,36 +10,22 @@ value, what to try.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast, get_args
+from typing import TYPE_CHECKING, Any, cast, get_args
 
-from pydantic import BeforeValidator, Field, ValidationError, model_validator
+from pydantic import ValidationError, model_validator
 
 from lobefem.errors import InputError
-from lobefem.io import mesh_sections, pumpkin_design
-from lobefem.io.design_sections import (
-    Cap,
-    Film,
-    Fittings,
-    Hoops,
-    Mesh,
-    Plates,
-    Pressure,
-    Section,
-    Shape,
-    Tendons,
-)
+from lobefem.io import mesh_design, pumpkin_design
+from lobefem.io.design_sections import Cap
+from lobefem.io.design_tables import Tables
 from lobefem.io.design_values import fill, listed, nearest
-from lobefem.io.mesh_sections import CableTable, FixedTable, Supports, one_or_more
 from lobefem.io.toml import read_toml, to_toml
 from lobefem.units import LENGTH, shown
 
 if TYPE_CHECKING:
     from lobefem.fem.balloon import Balloon
-    from lobefem.geometry.gore import Gore
     from lobefem.geometry.surface import Surface
-    from lobefem.geometry.tendon_curve import TendonCurve
     from lobefem.model.film import Film as FilmLaw
     from lobefem.typing import Convention, Support
 
@@ -70,24 +56,12 @@ _REPLACED = {
 }
 
 
-class Design(Section):
+class Design(Tables):
     """A balloon as its design file describes it, checked and complete.
 
     Read one with `Design.load`, change it with `with_overrides`, and build from it with `surface`
     and `balloon`.
     """
-
-    shape: Shape = Field(default_factory=Shape)
-    mesh: Mesh = Field(default_factory=Mesh)
-    film: Film = Field(default_factory=Film)
-    hoops: Hoops = Field(default_factory=lambda: Hoops(enabled=False))
-    plates: Plates = Field(default_factory=Plates)
-    pressure: Pressure = Field(default_factory=Pressure)
-    tendons: Tendons = Field(default_factory=Tendons)
-    fittings: Fittings = Field(default_factory=Fittings)
-    supports: Supports = Field(default_factory=Supports)
-    fixed: Annotated[tuple[FixedTable, ...], BeforeValidator(one_or_more)] = ()
-    cables: Annotated[tuple[CableTable, ...], BeforeValidator(one_or_more)] = ()
 
     @model_validator(mode="after")
     def _complete(self) -> Design:
@@ -99,9 +73,9 @@ class Design(Section):
         film = self.film.model_copy()  # it may be part of another design
         size = self.size
         if self.shape.kind == "mesh":
-            mesh_sections.complete(self, film)
+            mesh_design.complete(self, film)
         else:
-            mesh_sections.require_none(self)
+            mesh_design.require_none(self)
         if 0 < 0.01 * size < film.thickness:
             raise ValueError(
                 f"film.thickness = {film.thickness} m is no thin film on a radius of {size} m "
@@ -222,45 +196,6 @@ class Design(Section):
 
     # --- building -------------------------------------------------------------------------------
 
-    @property
-    def has_ideal_state(self) -> bool:
-        """True if the shape carries the pressure without hoop stress: an isotensoid or a formed lobe."""
-        return self.shape.kind not in ("cylinder", "pumpkin", "mesh")
-
-    @property
-    def is_pumpkin(self) -> bool:
-        """True if the shape is a pumpkin's."""
-        return self.shape.kind == "pumpkin"
-
-    @property
-    def size(self) -> float:
-        """The radius that the design gives [m], of a pumpkin that of its tendons at the equator."""
-        return self.curve.R0 if self.is_pumpkin else self.shape.size
-
-    @cached_property
-    def curve(self) -> TendonCurve:
-        """On what a pumpkin's tendons lie.
-
-        Raises:
-            InputError: fittings that do not fit.
-            SolveError: loads that no natural shape bears.
-        """
-        return pumpkin_design.curve(self)
-
-    @cached_property
-    def gore(self) -> Gore:
-        """One gore of a pumpkin.
-
-        Raises:
-            InputError: lobes that do not fit.
-        """
-        return pumpkin_design.gore(self)
-
-    @property
-    def has_plates(self) -> bool:
-        """True if end plates close the rims: always, but on a mesh whose rims the design does not name."""
-        return self.shape.kind != "mesh" or self.plates.bottom is not None
-
     def surface(self, comm: Any = None, *, sector: bool = False) -> Surface:
         """The meshed film; for a formed lobe after its form was found. Collective.
 
@@ -291,7 +226,7 @@ class Design(Section):
                 raise InputError(
                     "no sector of a mesh of one's own stands for all; look at lobefem modes --state inflated"
                 )
-            return mesh_sections.read(self, MPI.COMM_WORLD if comm is None else comm)
+            return mesh_design.read(self, MPI.COMM_WORLD if comm is None else comm)
         how: dict[str, Any] = {
             "divisions": mesh.divisions or (24, 32),
             "cell": mesh.cell,
@@ -358,7 +293,7 @@ class Design(Section):
             components.append(
                 EndPlates(support=cast("Support", plates.support), bar=plates.bar, lift=plates.lift)
             )
-        components += mesh_sections.cables_of(self, surface)
+        components += mesh_design.cables_of(self, surface)
         components += [Fixed(part.on, tuple("xyz".index(c) for c in part.components)) for part in self.fixed]
         if self.supports.free:
             components.append(FreeBody())

@@ -8,26 +8,22 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from lobefem.errors import InputError, LobefemError
+from lobefem.errors import LobefemError
+from lobefem.io.design_tables import GRAVITY, Tables
 from lobefem.io.design_values import fill, listed
+from lobefem.typing import Comm
 from lobefem.units import LENGTH, NUMBER, shown
 
 if TYPE_CHECKING:
     from lobefem.fem.balloon import Balloon
-    from lobefem.geometry.gore import Gore
     from lobefem.geometry.surface import Surface
-    from lobefem.geometry.tendon_curve import TendonCurve
-    from lobefem.io.design import Design
     from lobefem.io.design_sections import Film
     from lobefem.model.film import Film as FilmLaw
     from lobefem.typing import Convention, Support
 
 __all__ = [
-    "GRAVITY",
     "balloon",
     "complete",
-    "curve",
-    "gore",
     "layers",
     "orthotropic",
     "refuse",
@@ -35,15 +31,13 @@ __all__ = [
     "with_gore_table",
 ]
 
-GRAVITY = 9.80665  # [m/s^2]
-
 _LAWS = ("isotropic", "orthotropic", "tension-field")
 
 _MOST_BYTES = 100_000  # of a gore's table
 
 
 # --- checks ---------------------------------------------------------------------------------------
-def refuse(design: Design) -> None:
+def refuse(design: Tables) -> None:
     """Refuse what only a pumpkin has, for other shapes, with a ValueError."""
     for section in ("tendons", "fittings"):
         if section in design.model_fields_set:
@@ -59,7 +53,7 @@ def refuse(design: Design) -> None:
             )
 
 
-def complete(design: Design) -> None:
+def complete(design: Tables) -> None:
     """Put a pumpkin's own defaults where nothing is given; refuse what does not fit, with a ValueError."""
     _fill_in(design, "mesh", divisions=(48, 8), cell="quadrilateral", order=2)
     _fill_in(design, "film", law="tension-field")
@@ -101,7 +95,7 @@ def complete(design: Design) -> None:
         )
 
 
-def _fill_in(design: Design, section: str, **defaults: Any) -> None:
+def _fill_in(design: Tables, section: str, **defaults: Any) -> None:
     """Defaults of a section, a copy of which takes its place: it may be part of another design."""
     own = getattr(design, section)
     missing = {key: value for key, value in defaults.items() if key not in own.model_fields_set}
@@ -165,76 +159,7 @@ def _rows(lines: list[str]) -> tuple[list[tuple[float, float]], str]:
 
 
 # --- building -----------------------------------------------------------------------------------------
-def gore(design: Design) -> Gore:
-    """One gore of the design.
-
-    Raises:
-        InputError: lobes that do not fit.
-    """
-    from lobefem.geometry.gore import ConstantAngle, ConstantRadius, FlatLobe, Gore, Lobes, TabulatedWidth
-
-    shape = design.shape
-    assert shape.gores is not None
-    lobes: Lobes = FlatLobe()
-    if shape.lobe == "table":
-        assert shape.stations is not None
-        assert shape.half_widths is not None
-        lobes = TabulatedWidth(shape.stations, shape.half_widths)
-    elif shape.half_angle is not None:
-        lobes = (ConstantAngle if shape.lobe == "constant-angle" else ConstantRadius)(shape.half_angle)
-    return Gore(design.curve, shape.gores, lobes)
-
-
-def curve(design: Design) -> TendonCurve:
-    """The curve on which the tendons lie.
-
-    Raises:
-        InputError: fittings that do not fit.
-        SolveError: no natural shape carries the loads.
-    """
-    from lobefem.geometry.pumpkin_curve import PumpkinCurve
-
-    shape = design.shape
-    assert shape.fitting_radius is not None
-    if shape.curve == "natural":
-        return _natural(design)
-    if shape.equator_radius is not None:
-        return PumpkinCurve(shape.equator_radius, shape.fitting_radius)
-    if shape.tendon_length is not None:
-        return PumpkinCurve.of_tendon_length(shape.tendon_length, shape.fitting_radius)
-    assert shape.volume is not None
-    return PumpkinCurve.of_volume(shape.volume, shape.fitting_radius)
-
-
-def _natural(design: Design) -> Any:
-    from lobefem.geometry.natural_curve import NaturalCurve
-
-    shape, film, gas = design.shape, design.film, design.pressure
-    tendons, fittings = design.tendons, design.fittings
-    assert shape.gores is not None
-    if len(gas.value) != 1:
-        raise InputError(f"the natural shape is that of one pressure, not of {len(gas.value)}; give one")
-    caps = film.caps or ()
-    if len(caps) > 1:
-        raise InputError(
-            f"the natural shape knows one cap, not {len(caps)}; give one, or the curve 'pumpkin'"
-        )
-    layer = GRAVITY * film.thickness * (film.density or 0.0)
-    bottom, top = fittings.mass
-    return NaturalCurve(
-        payload=GRAVITY * fittings.payload,
-        gradient=gas.gradient,
-        pressure=gas.value[0] - gas.gradient * gas.level,
-        film_weight=layer,
-        tendon_weight=GRAVITY * tendons.mass_per_length * shape.gores,
-        cap_weight=layer * (caps[0].layers - 1) if caps else 0.0,
-        cap_length=caps[0].length if caps else 0.0,
-        fitting_weights=(GRAVITY * bottom, GRAVITY * top),
-        fitting_radii=shape.fitting_radius,  # type: ignore[arg-type]
-    )
-
-
-def surface(design: Design, comm: Any, sector: bool) -> Surface:
+def surface(design: Tables, comm: Comm, sector: bool) -> Surface:
     """The meshed film of one gore, or of all. Collective.
 
     Args:
@@ -255,7 +180,7 @@ def surface(design: Design, comm: Any, sector: bool) -> Surface:
     return recipe.surface(MPI.COMM_WORLD if comm is None else comm)
 
 
-def balloon(design: Design, surface: Surface, film: FilmLaw) -> Balloon:
+def balloon(design: Tables, surface: Surface, film: FilmLaw) -> Balloon:
     """Film, gas, tendons and fittings on a surface; the bottom fitting is held. Collective."""
     from lobefem.fem.balloon import Balloon
     from lobefem.model.cables import Tendons
@@ -279,7 +204,7 @@ def balloon(design: Design, surface: Surface, film: FilmLaw) -> Balloon:
     return Balloon(surface, film, components, pattern=pattern, layers=layers(design, surface))
 
 
-def layers(design: Design, surface: Surface) -> Any:
+def layers(design: Tables, surface: Surface) -> Any:
     """Number of layers in each cell, a mean where a cap ends in it; None without caps."""
     import numpy as np
 
@@ -300,7 +225,7 @@ def layers(design: Design, surface: Surface) -> Any:
     return field
 
 
-def masses(design: Design, balloon: Balloon) -> float:
+def masses(design: Tables, balloon: Balloon) -> float:
     """Mass of film, tendons, fittings and payload of the whole balloon [kg]. Collective."""
     tendons, fittings, gores = design.tendons, design.fittings, design.shape.gores
     assert gores is not None
