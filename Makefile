@@ -23,7 +23,7 @@ mpirun = $(or $(wildcard $(VENV)/bin/mpirun),mpirun)
 run = $(shell grep -sqx system $(VENV)/lobefem-setup && echo docker/entry.sh)
 sources = $(wildcard lobefem tests demos docker docs benchmarks)
 
-.PHONY: help setup sphinx demo demos docs links test test-quick test-serial test-ranks harden bench bench-peers bench-scaling lint types check clean distclean
+.PHONY: help setup sphinx demo demos docs links test test-quick test-serial test-ranks harden bench bench-peers bench-scaling package image lint types check clean distclean
 
 help:
 	@echo "make setup      a working $(VENV)/bin/lobefem"
@@ -37,6 +37,7 @@ help:
 	@echo "                BENCH=--short: lobefem and Surface Evolver on fine meshes, a few minutes"
 	@echo "make bench-peers  get the other programs, into .peers; BENCH='--runs 3 --meshes 24x32' chooses"
 	@echo "make bench-scaling  ten thousand to a million unknowns on one rank and two, in out/scaling"
+	@echo "make package    wheel and sdist in build/dist, checked in fresh environments; make image: the container"
 	@echo "make lint       ruff and import-linter"
 	@echo "make types      mypy"
 	@echo "make check      lint and types"
@@ -124,6 +125,13 @@ bench: setup
 
 bench-scaling: setup
 	$(run) $(python) -m benchmarks.scaling $(BENCH)
+
+package: setup
+	docker/package.sh $(python)
+
+image:
+	docker build --platform linux/amd64 --build-arg VERSION=$$(sed -n 's/^__version__ = "\(.*\)"/\1/p' lobefem/version.py) \
+		-f docker/Dockerfile -t lobefem .
 
 bench-peers: setup
 	benchmarks/install_peers.sh $(python)

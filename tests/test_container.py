@@ -243,8 +243,16 @@ def test_the_image_is_labelled_with_this_version():
         re.findall(r'org\.opencontainers\.image\.(\w+)="(.*?)"', (ROOT / "docker/Dockerfile").read_text())
     )
     assert (labels["title"], labels["version"], labels["licenses"]) == (
-        PROJECT["name"], __version__, PROJECT["license"],
+        PROJECT["name"], "$VERSION", PROJECT["license"],
     )  # fmt: skip
+    asked = subprocess.run(
+        ["make", "--no-print-directory", "-n", "image"], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    (find,) = re.findall(r"VERSION=\$\((.*?)\) ", asked.stdout)
+    found = subprocess.run(["sh", "-c", find], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == __version__
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert re.findall(r"^version: (.*)$", citation, flags=re.MULTILINE) == [__version__]
 
 
 @alone

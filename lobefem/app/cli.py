@@ -37,8 +37,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Tell whether a lobed balloon is stable: inflated shape, buckling modes, critical pressure.",
-    epilog="Start with: [bold]lobefem critical meshes/stack4.toml --film tension-field --state inflated "
-    "--load closed[/bold]",
+    epilog="Start with: [bold]lobefem new stack4 > mine.toml[/bold], then [bold]lobefem critical mine.toml "
+    "--film tension-field --state inflated --load closed[/bold]",
 )
 
 
@@ -371,6 +371,12 @@ def gores(
             print(f"The gore is in {', '.join(printable(path) for path in paths)}")
 
 
+app.command(
+    epilog=_examples(
+        "lobefem new --list", "lobefem new stack4 > mine.toml", "lobefem new superpressure --out mine"
+    )
+)(reference.new)
+app.command(epilog=_examples("lobefem schema > design.schema.json"))(reference.schema)
 app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))(reference.report)
 app.command(epilog=_examples("lobefem export run --to csv", "lobefem export out/demo --to vtu"))(
     reference.export

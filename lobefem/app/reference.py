@@ -1,7 +1,8 @@
-"""Commands that solve nothing: files made of a run folder, and what a user looks up, units and materials."""
+"""Commands that solve nothing: files of a run folder, design files to start from, units and materials."""
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -12,9 +13,10 @@ from lobefem.app.runner import loudness
 from lobefem.app.tables import printable, show_rows
 from lobefem.errors import InputError
 from lobefem.io.materials import MATERIALS, NOTE
+from lobefem.io.shipped_designs import copy_design, needed_files, read_design, shipped_designs
 from lobefem.units import KINDS, scaled
 
-__all__ = ["export", "materials", "report", "units"]
+__all__ = ["export", "materials", "new", "report", "schema", "units"]
 
 
 def report(
@@ -42,6 +44,42 @@ def export(
         for path in write(folder, to):
             if not loudness(context)["quiet"]:
                 print(f"Written: {printable(path)}")
+
+
+def new(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(metavar="[NAME]", help="One of --list.")] = "",
+    listed: Annotated[bool, typer.Option("--list", help="List the designs that come with lobefem.")] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Write the design, what it reads and the JSON schema into a folder."
+        ),
+    ] = None,
+) -> None:
+    """Print a design file to start from: [bold]lobefem new stack4 > mine.toml[/bold]."""
+    if listed or not name:
+        if name or out is not None:
+            raise InputError("--list stands alone, and --out needs the name of a design; give one of the two")
+        known = shipped_designs()
+        for one, title in known.items():
+            print(f"{one:<{max(map(len, known)) + 2}}{title}")
+    elif out is None:
+        print(read_design(name), end="")
+        beside = needed_files(name)
+        if beside and context.obj.is_root:
+            note = f"this design reads {', '.join(beside)}: lobefem new {name} --out DIR writes both"
+            print(f"lobefem: note: {note}", file=sys.stderr)
+    elif context.obj.is_root:
+        for path in copy_design(name, out):
+            print(f"Written: {printable(path)}")
+
+
+def schema() -> None:
+    """Print the JSON schema of design files, with which editors complete and check their keys."""
+    from lobefem.io.design_schema import design_schema
+
+    print(design_schema(), end="")
 
 
 def units(quantity: options.Which = "") -> None:

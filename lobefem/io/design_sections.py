@@ -14,7 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
 from lobefem.io.design_values import (
     angle,
     bar_stiffness,
-    cell_divisions,
+    cells,
     file_name,
     fill,
     flag,
@@ -24,7 +24,7 @@ from lobefem.io.design_values import (
     number_row,
     pair,
     positive,
-    pressures,
+    pressure_row,
     quantity,
     text,
     word,
@@ -207,7 +207,7 @@ class Shape(Section):
 class Mesh(Section):
     """[mesh]: structured `divisions` (along a lobe, around), or a `size` without them."""
 
-    divisions: Annotated[tuple[int, int] | None, BeforeValidator(cell_divisions)] = None
+    divisions: Annotated[tuple[int, int] | None, cells] = None
     cell: Annotated[str, word("triangle", "quadrilateral")] = "triangle"
     order: Annotated[int, integer(1, 2)] = 1
     diagonals: Annotated[str, word("same", "alternating")] = "same"
@@ -379,7 +379,7 @@ class Plates(Section):
     """
 
     support: Annotated[str, word("clamped", "pinned", "fixed")] = "clamped"
-    bar: Annotated[bool | float, BeforeValidator(bar_stiffness)] = True
+    bar: Annotated[bool | float, bar_stiffness] = True
     lift: Annotated[float, quantity(LENGTH)] = 0.0
     bottom: Annotated[str | None, BeforeValidator(group_name)] = None
     top: Annotated[str | None, BeforeValidator(group_name)] = None
@@ -403,7 +403,7 @@ class Pressure(Section):
     """
 
     load: Annotated[str, word("film", "closed")] = "film"
-    value: Annotated[tuple[float, ...], BeforeValidator(pressures)] = (1000.0,)
+    value: Annotated[tuple[float, ...], pressure_row] = (1000.0,)
     gradient: Annotated[float, quantity(GRADIENT)] = 0.0
     level: Annotated[float, quantity(LENGTH)] = 0.0
 

@@ -5,16 +5,16 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, Field
 
 from lobefem.units import ANGLE, FORCE, LENGTH, MASS, PRESSURE, Quantity, shown
 
 __all__ = [
     "angle",
     "bar_stiffness",
-    "cell_divisions",
+    "cells",
     "file_name",
     "fill",
     "flag",
@@ -25,13 +25,19 @@ __all__ = [
     "number_row",
     "pair",
     "positive",
-    "pressures",
+    "pressure_row",
     "quantity",
     "text",
     "word",
 ]
 
 _MOST_DIGITS = 9  # of integers; Python refuses to read and to write thousands of them
+
+
+def _written(kind: Quantity, rule: str = "") -> Any:
+    """The type of a quantity as a file writes it, for the JSON schema."""
+    must = f" Must be {rule}." if rule else ""
+    return Annotated[float | str, Field(description=f"{kind.advice[:1].upper()}{kind.advice[1:]}.{must}")]
 
 
 def quantity(kind: Quantity, rule: str = "", holds: Callable[[float], bool] | None = None) -> BeforeValidator:
@@ -43,7 +49,7 @@ def quantity(kind: Quantity, rule: str = "", holds: Callable[[float], bool] | No
             raise ValueError(f"{shown(value)} must be {rule}; {kind.advice}")
         return number
 
-    return BeforeValidator(check)
+    return BeforeValidator(check, json_schema_input_type=_written(kind, rule))
 
 
 def positive(kind: Quantity) -> BeforeValidator:
@@ -60,7 +66,7 @@ def word(*words: str) -> BeforeValidator:
             raise ValueError(f"{shown(value)} is unknown; use {listed(words)}{nearest(value, words)}")
         return value
 
-    return BeforeValidator(check)
+    return BeforeValidator(check, json_schema_input_type=Literal[words])
 
 
 def text(value: Any) -> str:
@@ -103,10 +109,10 @@ def integer(least: int, most: int | None = None) -> BeforeValidator:
             raise ValueError(f"{shown(value)} is impossible; give {span}")
         return number
 
-    return BeforeValidator(check)
+    return BeforeValidator(check, json_schema_input_type=Annotated[int, Field(ge=least, le=most)])
 
 
-def cell_divisions(value: Any) -> tuple[int, int]:
+def _cell_divisions(value: Any) -> tuple[int, int]:
     """Read numbers of cells along and around."""
     pair: Any = value
     if isinstance(value, str):
@@ -123,7 +129,10 @@ def cell_divisions(value: Any) -> tuple[int, int]:
     return pair[0], pair[1]
 
 
-def bar_stiffness(value: Any) -> bool | float:
+cells = BeforeValidator(_cell_divisions, json_schema_input_type=tuple[int, int] | str)
+
+
+def _bar(value: Any) -> bool | float:
     """Read whether there is a rigid bar, or the stiffness of an elastic one [N]."""
     if isinstance(value, bool):
         return value
@@ -140,7 +149,10 @@ def bar_stiffness(value: Any) -> bool | float:
     return number
 
 
-def pressures(value: Any) -> tuple[float, ...]:
+bar_stiffness = BeforeValidator(_bar, json_schema_input_type=bool | float | str)
+
+
+def _pressures(value: Any) -> tuple[float, ...]:
     """Read one pressure or several [Pa]."""
     values = value if isinstance(value, (list, tuple)) else [value]
     if not values:
@@ -150,6 +162,11 @@ def pressures(value: Any) -> tuple[float, ...]:
         if number < 0:
             raise ValueError(f"{shown(given)} is below 0, and a film carries no suction; {PRESSURE.advice}")
     return numbers
+
+
+_one_pressure: Any = _written(PRESSURE)
+
+pressure_row = BeforeValidator(_pressures, json_schema_input_type=_one_pressure | list[_one_pressure])
 
 
 def listed(words: tuple[str, ...]) -> str:
@@ -173,7 +190,7 @@ def _half_angle(value: Any) -> float:
     return min(number, math.pi / 2)
 
 
-angle = BeforeValidator(_half_angle)  # a lobe's half angle [rad]
+angle = BeforeValidator(_half_angle, json_schema_input_type=_written(ANGLE))  # a lobe's half angle [rad]
 
 
 def pair(kind: Quantity) -> BeforeValidator:
@@ -191,7 +208,8 @@ def pair(kind: Quantity) -> BeforeValidator:
             )
         return bottom, top
 
-    return BeforeValidator(check)
+    one: Any = _written(kind)
+    return BeforeValidator(check, json_schema_input_type=one | tuple[one, one])
 
 
 def _number_row(value: Any) -> tuple[float, ...]:
@@ -200,7 +218,7 @@ def _number_row(value: Any) -> tuple[float, ...]:
     return tuple(LENGTH.read(one) for one in value)
 
 
-number_row = BeforeValidator(_number_row)
+number_row = BeforeValidator(_number_row, json_schema_input_type=list[float | str])
 
 
 def fill(section: Any, key: str, value: Any) -> None:
