@@ -64,7 +64,7 @@ def mesh_studies(out: Path, quick: bool) -> dict[str, str]:
         (
             f"{study.lobes}, {study.film}",
             f"{n}",
-            f"{one.pressures[-1]:.5g}",
+            f"{one.values[-1]:.5g}",
             f"{one.limit:.5g} +- {one.uncertainty:.1g}",
             f"{one.order:.2f}",
             f"{study.continuum[0].pressures[n]:.2f}" if study.lobes == 1 else "-",

@@ -60,11 +60,13 @@ def _modes(at: str, what: str) -> dict[str, Entry]:
 
 def _trend(at: str, what: str) -> dict[str, Entry]:
     return {
-        f"{at}.pressures": ("Pa", f"{what} on each mesh"),
+        f"{at}.values": ("Pa", f"{what} on each mesh"),
         f"{at}.behaviour": ("", "behaviour under refinement: converges, falls or open"),
         f"{at}.limit": ("Pa", "limit of the fit p = limit + C h^order; null if open"),
         f"{at}.order": ("", "order of convergence of the fit"),
-        f"{at}.uncertainty": ("Pa", "uncertainty of the limit; null if it is not known"),
+        f"{at}.uncertainty": ("Pa", "difference of the limit from that of four meshes; null if not known"),
+        f"{at}.error": ("", "half of the error bar about the limit, relative; null without a limit"),
+        f"{at}.asymptotic": ("", "true if the finest three meshes follow such a law, of order 0.5 to 2.5"),
     }
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lobefem.stability.gore_modes import GoreMode
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
-    from lobefem.stability.mesh_convergence import MeshStudy, Trend, mesh_study
+    from lobefem.stability.mesh_convergence import MeshStudy, mesh_study
     from lobefem.stability.modes import Mode, Modes, find_modes
     from lobefem.stability.nonlinear_buckling import CriticalPoint, critical_point
     from lobefem.stability.one_sided import (
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         slack_critical_pressure,
     )
     from lobefem.stability.perturbation import Perturbed, Point, perturb
+    from lobefem.stability.refinement import Trend, trend
     from lobefem.stability.relaxation import Released, release
     from lobefem.stability.sector_modes import SectorMode
     from lobefem.stability.tracing import Trace, branches, trace
@@ -54,7 +55,7 @@ _HOME = {
     "Sector": "cyclic",
     "SectorMode": "sector_modes",
     "Trace": "tracing",
-    "Trend": "mesh_convergence",
+    "Trend": "refinement",
     "branches": "tracing",
     "continuum_pressure": "continuum",
     "critical_point": "nonlinear_buckling",

@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -27,9 +26,10 @@ from lobefem.model.tension_field import TensionField
 from lobefem.progress import part, said
 from lobefem.stability.continuum import continuum_pressure, unstable_from
 from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
-from lobefem.typing import Array, Comm
+from lobefem.stability.refinement import Trend, trend
+from lobefem.typing import Comm
 
-__all__ = ["DIVISIONS", "LOW", "PUBLISHED", "Continuum", "MeshStudy", "Trend", "mesh_study", "trend"]
+__all__ = ["DIVISIONS", "LOW", "PUBLISHED", "Continuum", "MeshStudy", "mesh_study"]
 
 # of a lobe along its meridian, and around: the paper's 24 x 32 refined in both directions
 DIVISIONS = tuple((3 * n // 4, n) for n in (24, 32, 36, 40, 48, 64, 96, 128))
@@ -43,27 +43,6 @@ _SEARCHED = range(2, 25)
 PUBLISHED = {1: 4600.0, 4: 3000.0}
 
 _MAKING = 4000  # what a mesh costs before its harmonics, in nodes of one
-
-
-@dataclass(frozen=True)
-class Trend:
-    """The trend of a pressure under mesh refinement.
-
-    Attributes:
-        pressures: one a mesh, from coarse to fine [Pa].
-        behaviour: "converges" (the finest mesh is within a quarter of the fitted limit), "falls" (no
-            limit above a tenth of the finest mesh's value) or "open" (the meshes do not tell).
-        limit: p_inf of p = p_inf + C h^q through the finest three meshes [Pa], 0 where it falls, nan
-            where it is open.
-        order: q of that fit, or of p = C h^q where it falls; nan where it is open.
-        uncertainty: of a limit, by what a fit to the finest four gives [Pa]; else nan.
-    """
-
-    pressures: tuple[float, ...]
-    behaviour: str
-    limit: float = math.nan
-    order: float = math.nan
-    uncertainty: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -206,49 +185,6 @@ def _is_the_papers(balloon: Balloon) -> bool:
         and isinstance(shape, Isotensoid)
         and all(math.isclose(value, given, rel_tol=1e-2) for value, given in numbers)
     )
-
-
-def trend(h: Sequence[float], pressures: Sequence[float]) -> Trend:
-    """Fit p = p_inf + C h^q to the finest pressures, and judge the fit.
-
-    Args:
-        h: mesh sizes in any unit, from coarse to fine.
-        pressures: one for each [Pa]; inf where there is none.
-    """
-    values = tuple(float(p) for p in pressures)
-    if values and values[-1] == 0:
-        return Trend(values, "falls", 0.0)
-    known = [(size, p) for size, p in zip(h, values, strict=True) if 0 < p < math.inf]
-    if len(known) < 3:
-        return Trend(values, "open")
-    sizes, p = (np.array(column[-4:]) for column in zip(*known, strict=True))
-    wide_limit, _, misfit = _fit(sizes, p)
-    limit, order, _ = _fit(sizes[-3:], p[-3:])
-    if misfit < 0.02 and abs(p[-1] - limit) <= 0.25 * abs(limit):
-        # what the fourth finest mesh moves; three meshes cannot tell
-        uncertainty = abs(limit - wide_limit) if len(p) > 3 else math.nan
-        return Trend(values, "converges", limit, order, uncertainty)
-    if (np.diff(p) < 0).all() and max(limit, wide_limit) < 0.1 * p[-1]:
-        slope = np.polyfit(np.log(sizes), np.log(p), 1)[0]
-        return Trend(values, "falls", 0.0, float(slope))
-    return Trend(values, "open")
-
-
-def _fit(h: Array, p: Array) -> tuple[float, float, float]:
-    """Limit and order of p = p_inf + C h^q by least squares, and the relative misfit."""
-    h = h / h[0]
-
-    def linear(q: float) -> tuple[Array, float]:
-        # each pressure counts by its own size: a fall runs over decades
-        matrix = np.stack([np.ones_like(p), h**q], axis=1) / p[:, None]
-        coefficients: Any = np.linalg.lstsq(matrix, np.ones_like(p))[0]
-        return coefficients, float(np.linalg.norm(matrix @ coefficients - 1))
-
-    from scipy.optimize import minimize_scalar  # slow to import, and a study of meshes alone needs it
-
-    found: Any = minimize_scalar(lambda q: linear(q)[1], bounds=(0.2, 12), method="bounded")
-    coefficients, misfit = linear(float(found.x))
-    return float(coefficients[0]), float(found.x), misfit
 
 
 def _checked(divisions: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

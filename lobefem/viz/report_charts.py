@@ -240,7 +240,7 @@ def refinement(run: Run) -> Chart | None:
     low = run.results.get("low_harmonics")
     columns: dict[str, list[Any]] = {}
     for n, trend in low.items() if isinstance(low, dict) else ():
-        values = trend.get("pressures") if isinstance(trend, dict) else None
+        values = trend.get("values") if isinstance(trend, dict) else None
         if not isinstance(values, list) or len(values) != len(rows):
             continue
         columns[f"n = {n} [Pa]"] = values

@@ -101,14 +101,14 @@ def refinement(study: MeshStudy, *, title: str = "", width: float = 85.0) -> Fig
         axes.set(xscale="log", yscale="log", xlabel="divisions around", ylabel="critical pressure [Pa]")
         ends = []
         for n, one in study.low.items():
-            p = _drawable(one.pressures)
+            p = _drawable(one.values)
             axes.plot(around, p, ".-", color="0.6", ms=2.5, lw=0.7, zorder=2)
             if one.behaviour == "converges":
                 axes.plot(right, one.limit, "_", color="0.3", ms=5, mew=0.9, clip_on=False, zorder=3)
             last = one.limit if one.behaviour == "converges" else p[-1]
             if math.isfinite(last):
                 ends.append((last, f"n = {n}"))
-        lowest = _drawable(study.lowest.pressures)
+        lowest = _drawable(study.lowest.values)
         axes.plot(around, lowest, "o-", color=COLOURS["local"], ms=3.2, lw=1.2, zorder=4)
         axes.set_xticks(around, [str(n) for n in around])
         axes.xaxis.set_minor_locator(NullLocator())
@@ -343,11 +343,15 @@ def _chart(results: Any) -> Any:
 
 def _study(results: Any) -> Any:
     from lobefem.stability.harmonic_buckling import HarmonicPressures
-    from lobefem.stability.mesh_convergence import MeshStudy, Trend
+    from lobefem.stability.mesh_convergence import MeshStudy
+    from lobefem.stability.refinement import Trend
 
     def trend(data: dict[str, Any]) -> Trend:
-        values = {name: _number(data[name], math.nan) for name in ("limit", "order", "uncertainty")}
-        return Trend(tuple(_number(p, math.inf) for p in data["pressures"]), data["behaviour"], **values)
+        values = tuple(_number(p, math.inf) for p in data["values"])
+        limit, order, uncertainty, error = (
+            _number(data[name], math.nan) for name in ("limit", "order", "uncertainty", "error")
+        )
+        return Trend(values, data["behaviour"], limit, order, uncertainty, error, data["asymptotic"])
 
     return MeshStudy(
         results["film"],

@@ -94,7 +94,7 @@ QUESTIONS = {
         (690508.200, 84825.9460, KINK, KINK, 112803.936, PATH),
     ),
     "mesh study": (
-        lambda law: of_meshes(law).low[2].pressures[-1],
+        lambda law: of_meshes(law).low[2].values[-1],
         (690508.200, 84825.9460, *2 * ("study isotropic film or fixed wrinkles",), 112803.936, PATH),
     ),
     "modes of the ideal state": (

@@ -1,6 +1,5 @@
-"""Trends under refinement, and what a study says of them."""
+"""Critical pressures on a sequence of meshes, and what a study says of them."""
 
-import math
 import re
 
 import numpy as np
@@ -13,13 +12,12 @@ from lobefem import (
     TensionField,
 )
 from lobefem.errors import InputError
-from lobefem.stability.mesh_convergence import mesh_study, trend
+from lobefem.stability.mesh_convergence import mesh_study
 from lobefem.viz.study_figures import refinement
 
 pytestmark = pytest.mark.serial
 
 MESHES = ((18, 24), (24, 32), (30, 40), (36, 48))
-H = 1 / np.array([1.0, 2.0, 4.0, 8.0])
 
 
 def maker(film, lobes=1, **mesh):
@@ -30,49 +28,6 @@ def maker(film, lobes=1, **mesh):
 @pytest.fixture(scope="module")
 def wrinkled():
     return mesh_study(maker(FixedWrinkles()), MESHES)
-
-
-# --- trends -------------------------------------------------------------------------------------
-
-
-def test_a_limit_and_its_order_are_found():
-    found = trend(H, 100 + 50 * H**2)
-    assert found.behaviour == "converges"
-    assert (found.limit, found.order) == pytest.approx((100, 2), rel=1e-5)
-    assert found.uncertainty < 1e-3
-
-
-def test_an_uncertain_limit_covers_the_true_one():
-    found = trend(H, 100 + 50 * H**2 + 30 * H**4)
-    assert found.behaviour == "converges"
-    assert 0 < abs(found.limit - 100) < found.uncertainty
-
-
-def test_a_fall_has_no_limit():
-    found = trend(H, 7e3 * H**5)
-    assert (found.behaviour, found.limit) == ("falls", 0.0)
-    assert found.order == pytest.approx(5)
-    assert trend(H, [5.0, 3.0, 1.0, 0.0]).behaviour == "falls"
-
-
-@pytest.mark.parametrize(
-    "pressures",
-    [
-        10 + 90 * H,
-        [3.0, 9.0, 2.0, 8.0],
-        [100.0, 140.0, 96.0, 100.0],  # the finest lies near the fit, the others do not
-        [math.inf, math.inf, 5.0, 4.0],
-        [0.0, 1.0, 10.0, 100.0],
-    ],
-)
-def test_what_the_meshes_do_not_tell_stays_open(pressures):
-    found = trend(H, pressures)
-    assert found.behaviour == "open"
-    assert math.isnan(found.limit)
-
-
-def test_harmonics_that_a_coarse_mesh_lacks_are_left_out():
-    assert trend(H, [math.inf, *(100 + 50 * H**2)[1:]]).limit == pytest.approx(100)
 
 
 # --- studies ------------------------------------------------------------------------------------
@@ -153,7 +108,7 @@ def test_the_figure_shows_every_curve(wrinkled, shared_path):
     (axes,) = figure.axes
     curves = [line for line in axes.lines if len(line.get_xdata()) == len(MESHES)]
     assert len(curves) == 6
-    assert np.allclose(curves[-1].get_ydata(), wrinkled.lowest.pressures)
+    assert np.allclose(curves[-1].get_ydata(), wrinkled.lowest.values)
     words = [text.get_text() for text in axes.texts]
     assert "lowest of all harmonics: no limit" in words
     assert "paper: 4600 Pa,\nreached at 35 divisions" in words
