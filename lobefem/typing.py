@@ -30,6 +30,7 @@ __all__ = [
     "Layout",
     "Mass",
     "Mat",
+    "Measure",
     "Mesh",
     "Scalar",
     "Space",
@@ -60,7 +61,8 @@ type Mesh = Any  # dolfinx.mesh.Mesh
 type Space = Any  # dolfinx.fem.FunctionSpace
 type Function = Any  # dolfinx.fem.Function
 type Constant = Any  # dolfinx.fem.Constant
-type Form = Any  # dolfinx.fem.Form: compiled
+type Form = Any  # ufl.Form, or dolfinx.fem.Form: compiled
+type Measure = Any  # ufl.Measure
 type Expr = Any  # ufl.core.expr.Expr, or a number in its place
 type Scalar = Any  # a number, an array of numbers or a UFL expression: arithmetic is all it meets
 

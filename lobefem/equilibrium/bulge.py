@@ -30,7 +30,7 @@ def bulged(balloon: Balloon, times: float = 1.0) -> Any:
     balloon.set_unknowns(rest)
     w, dw, _ = constraint.plate_parameters(constraint.parameters(rest))
     v, du = ufl.TestFunction(V), ufl.TrialFunction(V)
-    form = dolfinx_compat.form(ufl.inner(ufl.grad(du), ufl.grad(v)) * balloon.forms.dx)
+    form = dolfinx_compat.form(ufl.inner(ufl.grad(du), ufl.grad(v)) * balloon.dx)
     matrix = NodalMatrix(form)
     matrix.assemble(form)
     K = reduction(matrix, constraint).fill(matrix, w, dw)

@@ -33,7 +33,7 @@ def full_balloon(sector: Balloon, comm: Any = MPI.COMM_WORLD) -> Balloon:
     recipe: Any = sector.surface.recipe
     if sector.surface.copies < 2 or not hasattr(recipe, "full"):
         raise InputError("all sectors are meshed from one gore of a pumpkin alone; give the whole balloon")
-    if sector.given_frame is not None or sector.layers is not None:
+    if sector.specification.frame is not None or sector.layers is not None:
         raise InputError("the gore's frame or layers are functions of its own mesh; give the whole balloon")
     whole = dataclasses.replace(recipe, full=True)
     surface = whole.surface(comm)

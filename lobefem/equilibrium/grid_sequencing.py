@@ -42,7 +42,9 @@ def coarser_balloon(balloon: Balloon) -> Balloon | None:
     Collective.
     """
     nodes = balloon.V.dofmap.index_map.size_global
-    bound = balloon.bound_to_mesh or balloon.contact is not None or balloon.prescribed is not None
+    bound = (
+        balloon.specification.bound_to_mesh or balloon.contact is not None or balloon.prescribed is not None
+    )
     if bound or nodes <= max(_WORTH, _PER_RANK * balloon.comm.size):
         return None
     surface = coarser(balloon.surface, balloon.axis)

@@ -142,9 +142,9 @@ def _inflated(
     progress: Progress | None,
 ) -> Equilibrium:
     """`inflate` with checked arguments."""
-    path = balloon.load_path
+    path = cast("Equilibrium | None", balloon.load_path)
     if start is None and path is not None and path.balloon.map.size == balloon.map.size:
-        start = cast(Equilibrium, path)
+        start = path
     q = start.vector() if start is not None else _drawn_along(balloon)
     _check_start(balloon, q, start)
     guesses: list[Callable[[], Any]] = []

@@ -8,50 +8,46 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from functools import cached_property
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from lobefem import checks
 from lobefem.display import Summarized, Summary
 from lobefem.errors import InputError
-from lobefem.fem.argument_checks import require_consistent
-from lobefem.fem.balloon_summary import summary
-from lobefem.fem.boundary_conditions import axis_terms, constraint_map, edge_nodes, plate_motion
+from lobefem.fem.boundary_conditions import constraint_map, edge_nodes, plate_motion
 from lobefem.fem.constraint_map import ConstraintMap
 from lobefem.fem.contact_potential import Contact
+from lobefem.fem.discretization import Discretization
 from lobefem.fem.film_assembly import FilmAssembly
 from lobefem.fem.free_body import require_afloat, six_components
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
+from lobefem.fem.specification import LoadPath, Specification
 from lobefem.fem.ufl_access import UflAccess
-from lobefem.fem.weak_forms import LoadPath, WeakForms
+from lobefem.fem.weak_forms import WeakForms, film_measure
 from lobefem.frozen import OnMesh
-from lobefem.geometry import gather
 from lobefem.geometry.surface import Surface
 from lobefem.geometry.surface_checks import examine
 from lobefem.linalg import petsc
 from lobefem.linalg.assembly import integral, together, totals
-from lobefem.model.components import Components, row
 from lobefem.model.end_plates import PlateLoad
-from lobefem.model.film import Film, require_film
+from lobefem.model.film import Film
 from lobefem.model.gas_pressure import film_volume
-from lobefem.model.kinematics import Frame, cell_frame, revolved_frame
+from lobefem.model.kinematics import Frame
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
-from lobefem.typing import Array, Expr, Indices, Mass, Vec
+from lobefem.typing import Array, Expr, Form, Indices, Mass, Vec
 
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
 __all__ = ["Balloon"]
 
 
-class Balloon(UflAccess, OnMesh, Summarized):
+class Balloon(Discretization, UflAccess, OnMesh, Summarized):
     """A film surface with its load, cables, plates and supports.
 
     Args:
@@ -108,61 +104,49 @@ class Balloon(UflAccess, OnMesh, Summarized):
         layers: Expr | None = None,
         extra_energy: Callable[[Balloon], Any] | None = None,
     ) -> None:
-        checks.having("surface", surface, "mesh", "a Surface, such as lobed_cylinder makes")
-        require_film(film)
-        components = row(components)
-        sorted_components = Components.sort(components)
+        given = Specification(
+            surface,
+            film,
+            components,  # type: ignore[arg-type]  # any sequence becomes a tuple
+            prestressed,
+            hoop_slack,
+            load_path,
+            frame,
+            quadrature_degree,
+            pattern,
+            layers,
+            extra_energy,
+        )
         petsc.tidy(surface.mesh.comm)
         petsc.watch(self, surface.mesh)
+        self.specification, parts = given, given.parts
         self.surface, self.film, self.prestressed = surface, film, prestressed
-        self.components, self.hoop_slack, self.quadrature_degree = components, hoop_slack, quadrature_degree
-        self.given_frame, self.load_path = frame, load_path
+        self.components, self.hoop_slack, self.load_path = given.components, hoop_slack, load_path
         self.pattern, self.layers, self.extra_energy = pattern, layers, extra_energy
-        self.cables, self.fixed = sorted_components.cables, sorted_components.fixed
-        self.load, self.plates, self.weight = (
-            sorted_components.load,
-            sorted_components.plates,
-            sorted_components.weight,
-        )
-        require_consistent(self)
+        self.cables, self.fixed, self.load = parts.cables, parts.fixed, parts.load
+        self.plates, self.weight = parts.plates, parts.weight
         axis = examine(surface, self.plates is not None)
-        self.mesh = surface.mesh
-        self.comm = self.mesh.comm
-        self.order = gather.degree(self.mesh)
-        self.V = gather.nodal_space(self.mesh)
-        self.X = self.V.tabulate_dof_coordinates()
-        self.X.flags.writeable = False
-        self.u = fem.Function(self.V, name="displacement")
-        self.pressure = fem.Constant(self.mesh, 0.0)
-        self.prestress = fem.Constant(self.mesh, 0.0)
-        self.axis = axis
-        self.direction, origin = axis_terms(self.mesh, axis)
-        self.x = ufl.SpatialCoordinate(self.mesh) - origin
-        if frame is not None:
-            self.frame = frame
-        elif surface.of_revolution:
-            self.frame = revolved_frame(self.mesh, self.direction, origin)
-        else:
-            self.frame = cell_frame(self.mesh)
+        super().__init__(surface, axis, frame)
         self.motion = plate_motion(surface, self.plates, axis) if self.plates is not None else None
-        self.plate_forces = self._plate_forces(sorted_components.plate_load)
+        self.plate_forces = self._plate_forces(parts.plate_load)
         self.free: Balloon | None = None
         tied = axis if surface.copies > 1 else None
-        self.floating, self.adrift = sorted_components.free is not None, False
+        self.floating, self.adrift = parts.free is not None, False
         loose: Indices = np.empty(0, dtype=np.int32)
         if self.floating:
-            require_afloat(self, sorted_components)
+            require_afloat(given)
             loose = six_components(self.V, self.X)
         self.map = constraint_map(self.V, self.X, surface, self.fixed, self.motion, tied=tied, six=loose)
         self.w, _, _ = self.map.plate_parameters(np.zeros(self.map.num_parameters))
         self.contact: Contact | None = (
-            self._self_contact(sorted_components.contact) if sorted_components.contact is not None else None
+            self._self_contact(parts.contact) if parts.contact is not None else None
         )
-        self.forms = WeakForms(self, hoop_slack, quadrature_degree, load_path)
+        self.dx = film_measure(given, self)
+        self.forms = WeakForms(given, self, self.dx, self._extra_energy())
         self.assembly = FilmAssembly(self.forms, self.pressure, self.prestress, self.contact)
         self._tangents: dict[int, Reduction | Product] = {}
         wanted = self.forms.area_of_film * fem.Constant(self.mesh, 1.0), film_volume(self.x, self.frame)
-        form = together(self.mesh, *((f, self.forms.dx) for f in wanted))
+        form = together(self.mesh, *((f, self.dx) for f in wanted))
         self.reference_area, self.reference_volume = map(float, totals(self.mesh, form))
         self.reference_volume += self.motion.volume if self.motion else 0.0
 
@@ -172,35 +156,17 @@ class Balloon(UflAccess, OnMesh, Summarized):
         Raises:
             InputError: a frame, a load path, a pattern, layers or film parameters of its own surface.
         """
-        if self.bound_to_mesh:
+        if self.specification.bound_to_mesh:
             raise InputError(
                 "film with a frame, a load path, a pattern, layers or functions of its own stays on its "
                 "surface"
             )
         return self.with_changes(surface=surface)
 
-    @property
-    def bound_to_mesh(self) -> bool:
-        """True if some argument is a function on the mesh of this balloon's own surface."""
-        bound = (self.given_frame, self.load_path, self.pattern, self.layers)
-        return bool(self.film.varying) or any(given is not None for given in bound)
-
     def with_changes(self, **changes: Any) -> Balloon:
         """The balloon of the same arguments but for those given, by their names. Collective."""
-        arguments: dict[str, Any] = {
-            "surface": self.surface,
-            "film": self.film,
-            "components": self.components,
-            "prestressed": self.prestressed,
-            "hoop_slack": self.hoop_slack,
-            "load_path": self.load_path,
-            "frame": self.given_frame,
-            "quadrature_degree": self.quadrature_degree,
-            "pattern": self.pattern,
-            "layers": self.layers,
-            "extra_energy": self.extra_energy,
-        }
-        return Balloon(**arguments | changes)
+        given = replace(self.specification, **changes)
+        return Balloon(**{field.name: getattr(given, field.name) for field in fields(given) if field.init})
 
     def with_prescribed(self, prescribed: PrescribedMotion) -> Balloon:
         """This balloon led by a guide: another map, the same film, forms and matrices. Collective.
@@ -236,18 +202,29 @@ class Balloon(UflAccess, OnMesh, Summarized):
         return self.map.unknowns(other.u, other.w)
 
     def _summary(self) -> Summary:
-        return summary(self)
+        return self.specification._summary()
 
-    @cached_property
+    @property
     def gas_level(self) -> float:
         """Level along the axis at which the gas has the pressure of a state [m]. Collective."""
-        lowest = float(self.axis.relative(self.X)[:, 2].min(initial=np.inf))
-        return self.comm.allreduce(lowest, op=MPI.MIN) + self.load.level
+        return self.lowest + self.load.level
 
     @property
     def prescribed(self) -> PrescribedMotion | None:
         """The prescribed motion of this balloon, if any."""
         return self.map.motion if isinstance(self.map.motion, PrescribedMotion) else None
+
+    def _extra_energy(self) -> Form | None:
+        """The further energy, checked."""
+        if self.extra_energy is None:
+            return None
+        form = self.extra_energy(self)
+        if not isinstance(form, ufl.Form) or form.arguments():
+            raise InputError(
+                f"extra_energy returns {type(form).__name__}; return an energy in UFL that is integrated, as "
+                "k / 2 * ufl.inner(balloon.u, balloon.u) * balloon.dx"
+            )
+        return form
 
     def _plate_forces(self, load: PlateLoad | None) -> PlateForces | None:
         if self.motion is not None:

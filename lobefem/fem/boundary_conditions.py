@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +11,7 @@ import numpy.typing as npt
 from lobefem.errors import InputError
 from lobefem.fem.constraint_map import ConstraintMap
 from lobefem.fem.cyclic_symmetry import SymmetricMotion, ties
+from lobefem.fem.discretization import axis_terms
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.rigid_plates import PlateMotion
 from lobefem.geometry.axis import Axis
@@ -19,20 +19,13 @@ from lobefem.geometry.surface import Surface
 from lobefem.linalg.assembly import together, totals
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.supports import Fixed
-from lobefem.typing import Mesh, Space
+from lobefem.typing import Space
 
 import ufl
 from dolfinx import fem
 from dolfinx.mesh import meshtags
 
-__all__ = ["axis_terms", "constraint_map", "edge_nodes", "plate_motion"]
-
-
-def axis_terms(mesh: Mesh, axis: Axis) -> tuple[Any, Any]:
-    """Direction and origin of an axis in UFL: constants, so that a form is compiled once for all places."""
-    if axis.home:  # without the terms that vanish
-        return ufl.as_vector([0.0, 0.0, 1.0]), ufl.as_vector([0.0, 0.0, 0.0])
-    return fem.Constant(mesh, axis.direction), fem.Constant(mesh, axis.origin)
+__all__ = ["constraint_map", "edge_nodes", "plate_motion"]
 
 
 def edge_nodes(V: Space, surface: Surface, group: str) -> npt.NDArray[np.int32]:

@@ -8,54 +8,51 @@ and which ones they are is of no account but for the place where the film ends u
 from __future__ import annotations
 
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from lobefem.errors import InputError
-from lobefem.typing import Array
+from lobefem.fem.specification import Specification
+from lobefem.typing import Array, Space
 
 from dolfinx.mesh import exterior_facet_indices
 
 __all__ = ["require_afloat", "six_components"]
 
 
-def require_afloat(balloon: Any, components: Any) -> None:
+def require_afloat(given: Specification) -> None:
     """Refuse a free body that is held, loaded from outside or open.
-
-    Args:
-        balloon: under construction.
-        components: its parts, sorted.
 
     Raises:
         InputError: which of these it is.
 
     Collective.
     """
+    parts = given.parts
     reasons = {
-        "Fixed film": components.fixed,
-        "EndPlates": components.plates,
-        "DeadWeight": components.weight.film or components.weight.cables,
-        "a pressure gradient": components.load.gradient,
-        "an extra_energy": balloon.extra_energy,
+        "Fixed film": parts.fixed,
+        "EndPlates": parts.plates,
+        "DeadWeight": parts.weight.film or parts.weight.cables,
+        "a pressure gradient": parts.load.gradient,
+        "an extra_energy": given.extra_energy,
     }
-    for name, given in reasons.items():
-        if given:
+    for name, reason in reasons.items():
+        if reason:
             raise InputError(
                 f"a FreeBody is held and loaded by nothing but the gas; leave {name} out, or FreeBody"
             )
-    mesh = balloon.mesh
+    mesh = given.surface.mesh
     mesh.topology.create_connectivity(1, 2)
     count = mesh.comm.allreduce(len(exterior_facet_indices(mesh.topology)))
-    if count or balloon.surface.copies != 1:
+    if count or given.surface.copies != 1:
         raise InputError(
             f"a FreeBody is closed, and this film has {count} free edges, at which gas would push it away; "
             "close it, or hold it by Fixed"
         )
 
 
-def six_components(V: Any, X: Array) -> npt.NDArray[np.int32]:
+def six_components(V: Space, X: Array) -> npt.NDArray[np.int32]:
     """Those of the six components that this rank owns, as unrolled indices. Collective.
 
     Three of one node and three more of two others far from it, of all choices the one that resists rotations

@@ -104,7 +104,7 @@ def _cell_means(balloon: Balloon, expression: Expr, name: str) -> Any:
     area = fem.Function(W)
     ones = ufl.as_vector([1.0] * expression.ufl_shape[0])
     for target, f in ((mean, expression), (area, ones)):
-        fem.assemble_vector(target.x.array, dolfinx_compat.form(ufl.inner(f, v) * balloon.forms.dx))
+        fem.assemble_vector(target.x.array, dolfinx_compat.form(ufl.inner(f, v) * balloon.dx))
         target.x.scatter_forward()
     mean.x.array[:] /= area.x.array
     return mean

@@ -9,55 +9,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any
 
 from lobefem.errors import InputError
 from lobefem.fem.cable_forms import CableForms
-from lobefem.geometry.surface import Surface
+from lobefem.fem.discretization import Discretization
+from lobefem.fem.specification import Specification
 from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.assembly import together
 from lobefem.model.cutting_pattern import Drawn, Pattern
-from lobefem.model.film import Film
 from lobefem.model.gas_pressure import film_moment_change, film_volume_change, pressure_work
 from lobefem.model.kinematics import edge_strain, green_lagrange
-from lobefem.typing import Array, Expr, Unchecked
+from lobefem.typing import Expr, Form, Measure
 
 import ufl
 from dolfinx import fem
 
-if TYPE_CHECKING:
-    from lobefem.fem.balloon import Balloon
-
-__all__ = ["LoadPath", "WeakForms", "check_load_path"]
-
-
-class LoadPath(Protocol):
-    """A state whose stress is built into another film."""
-
-    @property
-    def balloon(self) -> Balloon:
-        """Balloon of a film that leads to a stress."""
-
-    @property
-    def displacement(self) -> Array:
-        """Nodal displacements of this rank, ghosts included (nodes, 3) [m]."""
+__all__ = ["WeakForms", "film_measure"]
 
 
 class WeakForms:
     """Energy, residual, tangent and what else is integrated over a balloon's film and cables.
 
     Args:
-        balloon: a `Balloon` under construction: mesh, space, displacement, loads and parts are there.
-        hoop_slack: hoop slack of a prestressed film (strain).
-        degree: quadrature degree; by default exact for the element where it can be.
-        load_path: a state of a `PrescribedPath` film, whose stress is built in.
+        given: what the balloon is made of.
+        fields: mesh, displacement and loads.
+        dx: the film's measure, see `film_measure`.
+        extra: a further energy, integrated [J].
 
     Attributes:
         has_energy: whether the film has an energy.
-        dx: the film's measure.
         strain: total Green-Lagrange strain of the film in its frame, built-in strain included.
         increment: displacement d of the last Newton step, for `predicted`.
-        cordage: the balloon's cables.
+        cable_forms: the balloon's cables.
 
     Raises:
         InputError: a cable on an edge group that is empty, or lies on free edges and within the film.
@@ -66,51 +50,30 @@ class WeakForms:
     """
 
     def __init__(
-        self,
-        balloon: Balloon,
-        hoop_slack: float = 0.0,
-        degree: int | None = None,
-        load_path: LoadPath | None = None,
+        self, given: Specification, fields: Discretization, dx: Measure, extra: Form | None = None
     ) -> None:
-        self.mesh, self.u, self.V, self.frame = balloon.mesh, balloon.u, balloon.V, balloon.frame
+        self.mesh, self.u, self.V, self.frame = fields.mesh, fields.u, fields.V, fields.frame
         mesh, u, number = self.mesh, self.u, self.number
-        surface = balloon.surface
-        film: Any = balloon.film  # of which laws written as a stress have more than others
+        surface, parts, load_path = given.surface, given.parts, given.load_path
+        film: Any = given.film  # of which laws written as a stress have more than others
         for value in film.varying:
             if any(domain != mesh.ufl_domain() for domain in ufl.domain.extract_domains(value)):
                 raise InputError("film E or thickness is a function on another mesh; make it on surface.mesh")
         self._film = film
-        X, axis = balloon.x, balloon.direction
-        simplex = mesh.topology.cell_name() == "triangle"
-        linear = balloon.order == 1 and simplex
-        if degree is None:
-            # exact for the enclosed volume; a linear triangle has one strain, but prestress (1/R)
-            # and the frame vary over it
-            varies = balloon.prestressed or film.directional or load_path is not None
-            order: int = balloon.order
-            rule = (4 if varies else 1) if linear else 2 * order + (not simplex)
-            if balloon.load.gradient:  # and for the integral of z over it
-                rule = max(rule, 4 * order - 1 - simplex)
-            if balloon.pattern is not None:  # rational, and exact by no rule
-                rule = max(rule, 2 * order + 2)
-            degree = rule
-        # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
-        # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
-        dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
-        balloon.dx = dx  # with which an extra energy, asked for below, integrates
-        pattern = Drawn() if balloon.pattern is None else Pattern(balloon.pattern, self.frame)
-        area = pattern.area if balloon.layers is None else balloon.layers * pattern.area
+        X, axis = fields.x, fields.direction
+        pattern = Drawn() if given.pattern is None else Pattern(given.pattern, self.frame)
+        area = pattern.area if given.layers is None else given.layers * pattern.area
         strain = pattern.strain(green_lagrange(u, self.frame))
-        if balloon.prestressed:
+        if given.prestressed:
             across = X - ufl.dot(X, axis) * axis
             radius = ufl.sqrt(ufl.dot(across, across))
-            resultant = balloon.prestress * number(surface.lobe.meridional_tension) / radius
-            strain = strain + film.prestrain(resultant, number, hoop_slack)
+            resultant = fields.prestress * number(surface.lobe.meridional_tension) / radius
+            strain = strain + film.prestrain(resultant, number, given.hoop_slack)
         if load_path is not None:
             found = fem.Function(self.V)
             found.x.array[:] = load_path.displacement.ravel()
             path: Any = load_path.balloon.film
-            strain = strain + path.removed_strain(green_lagrange(found, self.frame), number, hoop_slack)
+            strain = strain + path.removed_strain(green_lagrange(found, self.frame), number, given.hoop_slack)
         self.strain, self.area_of_film, self.pattern = strain, pattern.area, pattern
         self.dx = dx
         self.has_energy = film.has_energy
@@ -119,17 +82,17 @@ class WeakForms:
         predicted: Any = 0
         v, du = ufl.TestFunction(self.V), ufl.TrialFunction(self.V)
         cables = []
-        self.cable_forms = CableForms(surface, balloon.cables, balloon.prestressed)
+        self.cable_forms = CableForms(surface, parts.cables, given.prestressed)
         self._strains: list[Any] = []
         for term in self.cable_forms.terms:
             e = term.strain(edge_strain(u, mesh, term.side))
-            if balloon.prestressed:
-                e = e + balloon.prestress * term.built_in
+            if given.prestressed:
+                e = e + fields.prestress * term.built_in
             cables.append(term.energy(e) * term.measure)
             bend = _even(lambda d: edge_strain(d, mesh, term.side), self.increment)  # noqa: B023
             predicted += term.force(e - bend) * ufl.derivative(e, u, v) * term.measure
             self._strains.append(e)
-        weight, up = balloon.weight, ufl.dot(u, axis)
+        weight, up = parts.weight, ufl.dot(u, axis)
         self._weight = [] if not weight.film else [number(weight.film) * area * up * dx]
         if weight.cables:
             for term in self.cable_forms.terms:  # of the length at rest
@@ -137,21 +100,21 @@ class WeakForms:
                 length = laid if term.rest is None else laid * ufl.sqrt(1 - 2 * term.rest)
                 raised = up(term.side) if term.side else up
                 self._weight.append(number(weight.cables) * length * raised * term.measure)
-        if balloon.extra_energy is not None:
-            self._weight.append(_extra(balloon, balloon.extra_energy))
+        if extra is not None:
+            self._weight.append(extra)
         self._volume = film_volume_change(u, X, self.frame) * dx
         if self.has_energy:
             self._elastic = sum(cables, area * film.energy(strain, number) * dx)
         self._moment = None
-        gas, level, rise = balloon.load, number(balloon.gas_level), number(balloon.load.gradient)
+        gas, level, rise = parts.load, number(fields.lowest + parts.load.level), number(parts.load.gradient)
         if gas.gradient:
             self._moment = rise * film_moment_change(u, X, self.frame, axis, level) * dx
         if gas.convention == "closed":
-            potential = balloon.pressure * self._volume
+            potential = fields.pressure * self._volume
             load = ufl.derivative(-(potential if self._moment is None else potential + self._moment), u, v)
         else:
             local = (
-                balloon.pressure + rise * (ufl.dot(X + u, axis) - level) if gas.gradient else balloon.pressure
+                fields.pressure + rise * (ufl.dot(X + u, axis) - level) if gas.gradient else fields.pressure
             )
             load = -local * pressure_work(u, v, self.frame) * dx
         self._potential = None
@@ -308,38 +271,25 @@ class WeakForms:
         )
 
 
-def _extra(balloon: Balloon, energy: Callable[[Balloon], Any]) -> Any:
-    """The balloon's own further energy, checked."""
-    form = energy(balloon)
-    if not isinstance(form, ufl.Form) or form.arguments():
-        raise InputError(
-            f"extra_energy returns {type(form).__name__}; return an energy in UFL that is integrated, as "
-            "k / 2 * ufl.inner(balloon.u, balloon.u) * balloon.dx"
-        )
-    return form
+def film_measure(given: Specification, fields: Discretization) -> Measure:
+    """The film's measure, by default exact for the element where it can be."""
+    simplex = fields.mesh.topology.cell_name() == "triangle"
+    order, degree = fields.order, given.quadrature_degree
+    if degree is None:
+        # exact for the enclosed volume; a linear triangle has one strain, but prestress (1/R)
+        # and the frame vary over it
+        varies = given.prestressed or given.film.directional or given.load_path is not None
+        linear = order == 1 and simplex
+        degree = (4 if varies else 1) if linear else 2 * order + (not simplex)
+        if given.parts.load.gradient:  # and for the integral of z over it
+            degree = max(degree, 4 * order - 1 - simplex)
+        if given.pattern is not None:  # rational, and exact by no rule
+            degree = max(degree, 2 * order + 2)
+    # one rule for film and load: FFCx 0.9 to 0.11 evaluates the coordinates in a kernel that
+    # mixes a one-point rule with a larger one at the one point for both (1e-4 off)
+    return ufl.Measure("dx", domain=fields.mesh, metadata={"quadrature_degree": degree})
 
 
 def _even(f: Callable[[Expr], Expr], d: Expr) -> Any:
     """The even part of f(d): of a strain, what is quadratic."""
     return (f(d) + f(-d)) / 2
-
-
-def check_load_path(load_path: Unchecked, surface: Surface, to: Film) -> None:
-    """Refuse a state whose stress cannot be built into a film, `to`, on a surface, with an InputError."""
-    balloon = getattr(load_path, "balloon", None)
-    if balloon is None:
-        raise InputError(f"load_path is a {type(load_path).__name__}; give a state that `inflate` found")
-    film = balloon.film
-    if not film.leads_to_stress:
-        raise InputError(
-            f"load_path is a state of {type(film).__name__} film; give one that was inflated with "
-            "PrescribedPath film"
-        )
-    for name in ("E", "nu", "thickness"):
-        one, other = getattr(film, name), getattr(to, name)
-        if one != other:
-            raise InputError(
-                f"load_path is of film with {name} = {one}, and this film has {other}; give both the same"
-            )
-    if balloon.mesh is not surface.mesh:
-        raise InputError("load_path is a state on another mesh; build both balloons on one surface")

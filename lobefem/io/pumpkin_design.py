@@ -232,7 +232,7 @@ def masses(design: Tables, balloon: Balloon) -> float:
     area = (
         balloon.forms.area_of_film if balloon.layers is None else balloon.layers * balloon.forms.area_of_film
     )
-    film = balloon.surface.copies * balloon.integrate(area * balloon.forms.dx)
+    film = balloon.surface.copies * balloon.integrate(area * balloon.dx)
     rope = gores * design.curve.arc_length * (1 - tendons.foreshortening)
     return (
         (design.film.density or 0.0) * design.film.thickness * film

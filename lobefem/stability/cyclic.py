@@ -59,7 +59,7 @@ def sector_balloon(balloon: Balloon) -> Balloon:
         raise InputError(
             f"the balloon is under a {balloon.prescribed.kind}; its modes are of no single harmonic"
         )
-    if any(given is not None for given in (balloon.given_frame, balloon.pattern, balloon.layers)):
+    if any(given is not None for given in (balloon.specification.frame, balloon.pattern, balloon.layers)):
         raise InputError("a single harmonic needs film as drawn; leave frame, pattern and layers out")
     if balloon.film.varying:
         raise InputError(

@@ -52,8 +52,8 @@ GIVEN = {
 
 def kept_of(balloon):
     """The arguments of `GIVEN` that a balloon has."""
-    assert balloon.forms.dx.metadata()["quadrature_degree"] == balloon.quadrature_degree
-    return {name: getattr(balloon, name) for name in GIVEN}
+    assert balloon.dx.metadata()["quadrature_degree"] == balloon.specification.quadrature_degree
+    return {name: getattr(balloon.specification, name) for name in GIVEN}
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_each_argument_survives_another_film(comm, path):
     other = balloon.with_changes(film=film)
     assert kept_of(other) == GIVEN | {"film": film}
     assert other.surface is surface
-    assert other.given_frame is balloon.given_frame is not None
+    assert other.specification.frame is balloon.specification.frame is not None
     loaded = Balloon(path.balloon.surface, TensionField(), path.balloon.components, load_path=path)
     assert loaded.with_changes(film=IMP()).load_path is path
     layers = fem.Function(fem.functionspace(surface.mesh, ("DG", 0)))

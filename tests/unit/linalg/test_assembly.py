@@ -121,7 +121,7 @@ def test_vector_is_petsc_own(comm):
 
 def test_integrals_together_are_each_alone(comm):
     balloon = make(comm)
-    dx, ds = balloon.forms.dx, ufl.Measure("ds", domain=balloon.mesh, metadata={"quadrature_degree": 4})
+    dx, ds = balloon.dx, ufl.Measure("ds", domain=balloon.mesh, metadata={"quadrature_degree": 4})
     x = ufl.SpatialCoordinate(balloon.mesh)
     parts = [(x[2] ** 2, dx), (balloon.u[0], dx), (ufl.dot(x, x), ds), (1 + 0 * x[0], ds), (0 * x[0], dx)]
     found = totals(balloon.mesh, together(balloon.mesh, *parts))
