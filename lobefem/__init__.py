@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.form_finding import Form, find_form
     from lobefem.equilibrium.inflation import inflate
     from lobefem.equilibrium.pressurisation import pressurise
+    from lobefem.equilibrium.sealed_gas import fill, seal
     from lobefem.equilibrium.state import Equilibrium, ideal_state
     from lobefem.fem.balloon import Balloon
     from lobefem.geometry.gore import ConstantAngle, ConstantRadius, FlatLobe, Gore, TabulatedWidth
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from lobefem.model.end_plates import EndPlates, PlateLoad
     from lobefem.model.film import Isotropic
     from lobefem.model.fixed_wrinkles import FixedWrinkles
-    from lobefem.model.gas_pressure import GasPressure
+    from lobefem.model.gas_pressure import GasPressure, SealedGas
     from lobefem.model.imp import IMP, PrescribedPath
     from lobefem.model.orthotropic import Orthotropic, OrthotropicTensionField
     from lobefem.model.self_contact import SelfContact
@@ -103,6 +104,7 @@ _HOME = {
     "PumpkinRecipe": "geometry.pumpkin",
     "Released": "stability.relaxation",
     "RunFolder": "io.run_folder",
+    "SealedGas": "model.gas_pressure",
     "SelfContact": "model.self_contact",
     "Surface": "geometry.surface",
     "TabulatedWidth": "geometry.gore",
@@ -119,6 +121,7 @@ _HOME = {
     "critical_pressure": "stability.linear_buckling",
     "cylinder": "geometry.stacks",
     "distort": "equilibrium.displacement_control",
+    "fill": "equilibrium.sealed_gas",
     "find_form": "equilibrium.form_finding",
     "find_modes": "stability.modes",
     "harmonic_pressures": "stability.harmonic_buckling",
@@ -137,6 +140,7 @@ _HOME = {
     "release": "stability.relaxation",
     "release_start": "equilibrium.displacement_control",
     "save_state": "io.checkpoints",
+    "seal": "equilibrium.sealed_gas",
     "slack_critical_pressure": "stability.one_sided",
     "trace": "stability.tracing",
     "unstable_from": "stability.continuum",
@@ -184,6 +188,7 @@ __all__ = [
     "PumpkinRecipe",
     "Released",
     "RunFolder",
+    "SealedGas",
     "SelfContact",
     "Surface",
     "TabulatedWidth",
@@ -201,6 +206,7 @@ __all__ = [
     "critical_pressure",
     "cylinder",
     "distort",
+    "fill",
     "find_form",
     "find_modes",
     "harmonic_pressures",
@@ -219,6 +225,7 @@ __all__ = [
     "release",
     "release_start",
     "save_state",
+    "seal",
     "slack_critical_pressure",
     "trace",
     "unstable_from",

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.pressurisation import pressurise
     from lobefem.equilibrium.pumpkin_measures import PumpkinMeasures, measure
     from lobefem.equilibrium.ramp import Increment
+    from lobefem.equilibrium.sealed_gas import fill, seal
     from lobefem.equilibrium.state import Equilibrium, State, ideal_state, record
 
 _HOME = {
@@ -41,6 +42,7 @@ _HOME = {
     "Wave": "distortions",
     "constrain": "displacement_control",
     "distort": "displacement_control",
+    "fill": "sealed_gas",
     "find_form": "form_finding",
     "full_state": "full_model",
     "ideal_state": "state",
@@ -50,6 +52,7 @@ _HOME = {
     "record": "state",
     "release_start": "displacement_control",
     "row_means": "form_finding",
+    "seal": "sealed_gas",
 }
 
 __all__ = [
@@ -69,6 +72,7 @@ __all__ = [
     "Wave",
     "constrain",
     "distort",
+    "fill",
     "find_form",
     "full_state",
     "ideal_state",
@@ -78,6 +82,7 @@ __all__ = [
     "record",
     "release_start",
     "row_means",
+    "seal",
 ]
 
 __getattr__, __dir__ = face(__name__, _HOME)

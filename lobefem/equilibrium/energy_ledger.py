@@ -119,9 +119,8 @@ def measure(balloon: Balloon, q: Vec) -> Energies:
     if balloon.load.convention == "film":
         gained -= float((areas * centres).sum())
     # what else has an energy, contact: as far as it stands out of the round-off of the others
-    pressure = float(balloon.pressure.value)
-    contact = energy - strain + pressure * gained + dead
-    noise = 1e-12 * (size + abs(pressure) * volume)
+    contact = energy - strain + balloon.gas_work(balloon.reference_volume, gained) + dead
+    noise = 1e-12 * (size + abs(float(balloon.pressure.value)) * volume)
     return Energies(volume, strain, contact if abs(contact) > noise else 0.0, areas, centres, dead)
 
 
@@ -130,4 +129,4 @@ def _work_of_gas(balloon: Balloon, old: Energies, new: Energies) -> float:
     volume = new.volume - old.volume
     if balloon.load.convention == "film":
         volume -= float(((old.areas + new.areas) / 2 * (new.centres - old.centres)).sum())
-    return float(balloon.pressure.value) * volume
+    return balloon.gas_work(old.volume, volume)

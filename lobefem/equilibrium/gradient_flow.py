@@ -20,6 +20,7 @@ import numpy as np
 
 from lobefem.equilibrium import newton
 from lobefem.equilibrium.energy_ledger import Ledger, measure
+from lobefem.equilibrium.operator import Operator
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import middle_nodes, stiffness_scale
 from lobefem.linalg import petsc
@@ -165,7 +166,9 @@ class GradientFlow:
         if not self._load:  # as for Newton's method, what is out of balance at the start
             balloon.residual(q, self._r)
             self._load = self._r.norm() or 1.0
-        ts.setIJacobian(self._tangent, balloon.tangent(q))
+        self._operator = Operator(balloon)
+        K = balloon.tangent(q)
+        ts.setIJacobian(self._tangent, self._operator.at(q, K), K)
         ts.setPreStep(self._before)
         ts.setPostStep(self._after)
         self._lengths = newton.lengths(balloon)
@@ -181,7 +184,7 @@ class GradientFlow:
         snes = ts.getSNES()
         snes.setTolerances(max_it=_FAILED)
         snes.setConvergenceTest(self._converged)
-        petsc.set_direct_solver(snes.getKSP(), symmetric)
+        petsc.set_direct_solver(snes.getKSP(), symmetric, exact=balloon.gas is None)
         with petsc.options(PREFIX, _OPTIONS):
             ts.setFromOptions()
         self._separation = newton.Separation(snes, balloon, self._r, symmetric, limited=True)
@@ -207,6 +210,7 @@ class GradientFlow:
         x.copy(self._last)
         newton.follow_pattern(ts.getSNES(), self.balloon)
         K.axpy(self.damping * shift, self._mass, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        self._operator.at(x, K)
 
     def _converged(self, snes: SNES, its: int, norms: tuple[float, float, float]) -> int | None:
         """SNES's test; a solution that lies higher in energy than the step's beginning is refused.

@@ -68,7 +68,8 @@ def inflate(
 
     Args:
         balloon: what to inflate.
-        pressure: gas pressure [Pa].
+        pressure: gas pressure [Pa]; of a sealed gas (`GasAccess.with_gas`) a guess, which that of its law
+            replaces. Such a balloon is solved in one go.
         prestress: pressure whose meridional stress is built in [Pa]; by default `pressure` for a
             prestressed balloon and 0 otherwise.
         start: state to start from (default: the reference shape, drawn along with a lifted rim; of film
@@ -113,6 +114,8 @@ def inflate(
         )
     if petsc_options is not None and not isinstance(petsc_options, Mapping):
         raise InputError(f"petsc_options is {petsc_options!r}; give values by name, as {{'snes_max_it': 20}}")
+    if balloon.gas is not None:
+        min_step = 1.0  # a smaller pressure would be the same load
     options = (nested, rtol, max_iterations, min_step, keep_tangent, on_step, progress)
     try:
         with petsc.options(PREFIX, petsc_options or {}):

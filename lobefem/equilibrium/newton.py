@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from lobefem.equilibrium.operator import Operator
 from lobefem.fem.balloon import Balloon
 from lobefem.linalg import petsc
 from lobefem.typing import SNES, Array, Vec
@@ -118,6 +119,7 @@ class EnergySearch:
         self.limit = math.inf
         self.separation: Separation | None = None
         self._base: float | None = None
+        self._operator = Operator(balloon)
         self._stiffness: Any = None
         self._tangent_at: Array | None = None  # where SNES's matrix was assembled
         self._norm = math.inf
@@ -125,7 +127,7 @@ class EnergySearch:
         self._known: tuple[Array, tuple[float, float]] | None = None  # the last energy, and where
 
     def assemble(self, x: Vec, before: Vec | None = None) -> Any:
-        """The tangent at x, which `tangent` need not assemble again there. Collective.
+        """The operator and the tangent at x, which `tangent` need not assemble again there. Collective.
 
         Args:
             x: unknowns.
@@ -134,7 +136,7 @@ class EnergySearch:
         K = self.balloon.tangent(x, iteration=True, before=before)
         self._stiffness = K.getDiagonal(self._stiffness)
         self._tangent_at = self._place(x)
-        return K
+        return self._operator.at(x, K), K
 
     def tangent(self, snes: SNES, x: Vec, last: Vec | None = None) -> None:
         """Bring the tangent, from where a new line search starts, up to date at x. Collective.
@@ -330,7 +332,10 @@ def set_up(snes: SNES, search: EnergySearch, symmetric: bool, line_search: str =
     snes.setConvergenceTest(search.converged)
     q = search.balloon.map
     compressed = q.size >= petsc.COMPRESS
-    petsc.set_direct_solver(snes.getKSP(), symmetric, compressed=compressed, whole_nodes=q.whole_nodes)
+    exact = search.balloon.gas is None
+    petsc.set_direct_solver(
+        snes.getKSP(), symmetric, compressed=compressed, whole_nodes=q.whole_nodes, exact=exact
+    )
     # petsc4py before 3.23 has no handle on the line search
     with petsc.options(snes.getOptionsPrefix(), {"snes_linesearch_type": line_search}):
         snes.setFromOptions()
@@ -374,11 +379,11 @@ class Newton:
         self._last = q.duplicate() if predicted else None
         self._search = search = EnergySearch(balloon, keep)
         self.symmetric = symmetric = has_symmetric_load(balloon, q)
-        K = search.assemble(q)
+        J, K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
-        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x, self._last), K)
+        snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x, self._last), J, K)
         snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
         set_up(snes, search, symmetric, line_search)
         downhill = symmetric or balloon.motion is not None

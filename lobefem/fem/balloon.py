@@ -22,6 +22,7 @@ from lobefem.fem.contact_potential import Contact
 from lobefem.fem.discretization import Discretization
 from lobefem.fem.film_assembly import FilmAssembly
 from lobefem.fem.free_body import require_afloat, six_components
+from lobefem.fem.gas_access import GasAccess
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
@@ -47,7 +48,7 @@ from dolfinx import fem
 __all__ = ["Balloon"]
 
 
-class Balloon(Discretization, UflAccess, OnMesh, Summarized):
+class Balloon(GasAccess, Discretization, UflAccess, OnMesh, Summarized):
     """A film surface with its load, cables, plates and supports.
 
     Args:
@@ -78,6 +79,7 @@ class Balloon(Discretization, UflAccess, OnMesh, Summarized):
         adrift: whether these are free here: see `afloat`.
         x, direction: of a point of the film from the axis's origin, and the axis, in UFL.
         map: from the unknowns q to u.
+        gas: a `SealedGas`, None under a given pressure: see `with_gas`.
         w: displacements [m] and rotations of the two plates as this balloon set them last (12,).
         assembly: vectors and matrices of the film, shared with the same balloon under another map.
         reference_area, reference_volume: of the surface at rest [m^2, m^3].
@@ -256,24 +258,9 @@ class Balloon(Discretization, UflAccess, OnMesh, Summarized):
         """Set the gas pressure and the pressure p0 of the built-in stress [Pa]."""
         self.pressure.value, self.prestress.value = pressure, prestress
 
-    def volume(self) -> float:
-        """Volume enclosed by film and plates [m^3] in the present displacement. Collective."""
-        change = self.assembly.volume()
-        change += self.plate_forces.volume(self.w) if self.plate_forces else 0.0
-        return self.reference_volume + change
-
     def set_unknowns(self, q: Vec) -> None:
         """Put the displacement of q into `u`. Collective."""
         self.w, _, _ = self.map.displace(q, self.u)
-
-    def load_norm(self, q: Vec) -> float:
-        """Norm of the pressure's reduced nodal forces p dV/dq at q [N, N m]. Collective."""
-        self.set_unknowns(q)
-        g = self.assembly.load()
-        out = self.map.create_vector()
-        _, dw, _ = self.map.plate_parameters(self.map.parameters(q))
-        self.map.reduce(g, self.map.plate_forces(g, self.w)[0], dw, out)
-        return abs(float(self.pressure.value)) * out.norm()
 
     def bar_force(self) -> float | None:
         """Force in the bar [N] at the last residual; None without a bar or with both rims held."""
@@ -291,6 +278,8 @@ class Balloon(Discretization, UflAccess, OnMesh, Summarized):
     @timed("energy")
     def energy(self, q: Vec) -> tuple[float, float]:
         """Potential energy at q [J]: of strain, -p (V - V of the reference shape), dead load. Collective.
+
+        In the place of -p (V - V0) a sealed gas has -m R T ln(V/V0) + p_a (V - V0).
 
         With a `SelfContact` the barrier's energy is added: infinite where the film intersects itself.
 
@@ -313,7 +302,7 @@ class Balloon(Discretization, UflAccess, OnMesh, Summarized):
             volume += self.plate_forces.volume(self.w)
             volume -= self.plate_forces.centre_volume(self.w)
             dead_work = self.plate_forces.dead_work(self.w)
-        work = float(self.pressure.value) * volume + dead_work
+        work = self.gas_work(self.reference_volume, volume) + dead_work
         work += self.assembly.moment()
         work += self.plate_forces.moment_work(self.w) if self.plate_forces is not None else 0.0
         work -= self.assembly.raised()
@@ -340,6 +329,7 @@ class Balloon(Discretization, UflAccess, OnMesh, Summarized):
     def residual(self, q: Vec, out: Vec) -> None:
         """Write the reduced residual at q [N, N m] into `out`. Collective."""
         self.w, dw, _ = self.map.displace(q, self.u)
+        self.follow_gas()
         r = self.assembly.residual()
         gradient, _ = self._plate_terms(r)
         self.map.reduce(r, gradient, dw, out)
@@ -357,6 +347,8 @@ class Balloon(Discretization, UflAccess, OnMesh, Summarized):
     def tangent(self, q: Vec, slot: int = 0, *, iteration: bool = False, before: Vec | None = None) -> Any:
         """The reduced tangent at q as a PETSc matrix, overwritten by the next call. Collective.
 
+        Of a sealed gas it is that at its pressure, without `gas_stiffness`, which is no sparse matrix.
+
         Args:
             q: unknowns.
             slot: calls with another slot keep a matrix of their own.
@@ -370,6 +362,7 @@ class Balloon(Discretization, UflAccess, OnMesh, Summarized):
         self.w, dw, d2w = self.map.displace(q, self.u)
         if before is not None:
             increment.x.array[:] = self.u.x.array - increment.x.array
+        self.follow_gas()
         K = self.assembly.tangent(iteration=iteration, predicted=before is not None)
         if slot not in self._tangents:
             self._tangents[slot] = reduction(K, self.map)

@@ -89,6 +89,10 @@ class FilmAssembly:
         """Nodal forces of unit pressure on the film [m^2], this rank's part (components,). Collective."""
         return NodalVector(self.forms.load).assemble(self.forms.load)
 
+    def volume_gradient(self) -> Array:
+        """Gradient of `volume` in the nodal displacements [m^2], this rank's part. Collective."""
+        return NodalVector(self.forms.volume_gradient).assemble(self.forms.volume_gradient)
+
     def elastic(self) -> float:
         """Strain energy of film and cables [J]. Collective."""
         return total(self.forms.mesh, self.forms.elastic)

@@ -216,6 +216,11 @@ class WeakForms:
         return dolfinx_compat.form(self._volume)
 
     @cached_property
+    def volume_gradient(self) -> Any:
+        """Its derivative in the displacement [m^2]."""
+        return dolfinx_compat.form(ufl.derivative(self._volume, self.u, ufl.TestFunction(self.V)))
+
+    @cached_property
     def moment(self) -> Any:
         """Work of the pressure's gradient on the film [J], None without one."""
         return None if self._moment is None else dolfinx_compat.form(self._moment)

@@ -163,7 +163,13 @@ def _check_options(text: str) -> None:
 
 
 def set_direct_solver(
-    ksp: KSP, symmetric: bool, *, compressed: bool = False, inertia: bool = False, whole_nodes: bool = False
+    ksp: KSP,
+    symmetric: bool,
+    *,
+    compressed: bool = False,
+    inertia: bool = False,
+    whole_nodes: bool = False,
+    exact: bool = True,
 ) -> None:
     """Make `ksp` one MUMPS factorisation: LDL^T where the matrix is symmetric, LU where it is not.
 
@@ -178,9 +184,12 @@ def set_direct_solver(
         compressed: factors of low rank block by block, and a few steps of GMRES with them.
         inertia: whether the factors are asked for theirs.
         whole_nodes: whether the matrices consist of 3 x 3 blocks (`ConstraintMap.whole_nodes`).
+        exact: False where the operator is more than the matrix that is factorised, as in
+            `lobefem.linalg.rank_one`: a few steps of GMRES with its factors.
     """
-    ksp.setType(PETSc.KSP.Type.GMRES if compressed else PETSc.KSP.Type.PREONLY)
-    if compressed:
+    iterates = compressed or not exact
+    ksp.setType(PETSc.KSP.Type.GMRES if iterates else PETSc.KSP.Type.PREONLY)
+    if iterates:
         ksp.setTolerances(rtol=1e-8, max_it=30)
     pc = ksp.getPC()
     pc.setType(PETSc.PC.Type.CHOLESKY if symmetric else PETSc.PC.Type.LU)

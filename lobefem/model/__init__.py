@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lobefem.model.end_plates import EndPlates, PlateLoad
     from lobefem.model.film import Film, Isotropic
     from lobefem.model.fixed_wrinkles import FixedWrinkles
-    from lobefem.model.gas_pressure import GasPressure
+    from lobefem.model.gas_pressure import GasPressure, SealedGas
     from lobefem.model.imp import IMP, PrescribedPath
     from lobefem.model.kinematics import Frame, green_lagrange, revolved_frame, tangent_frame
     from lobefem.model.orthotropic import Orthotropic, OrthotropicTensionField
@@ -41,6 +41,7 @@ _HOME = {
     "OrthotropicTensionField": "orthotropic",
     "PlateLoad": "end_plates",
     "PrescribedPath": "imp",
+    "SealedGas": "gas_pressure",
     "SelfContact": "self_contact",
     "Tendons": "cables",
     "TensionField": "tension_field",
@@ -67,6 +68,7 @@ __all__ = [
     "OrthotropicTensionField",
     "PlateLoad",
     "PrescribedPath",
+    "SealedGas",
     "SelfContact",
     "Tendons",
     "TensionField",

@@ -9,10 +9,14 @@ is given; the potential of `closed` is then -(p0 V + b W), W the integral of z o
 With both rims held the two give the same film forces. `closed` needs a closed surface: a free edge
 without a plate leaves the volume, and with it the load, dependent on the point from which places count, that
 of the axis at the bottom rim (edges in symmetry planes through the axis are fine).
+
+A `SealedGas` has no given pressure but a given mass at a given temperature; its potential is
+-m R T ln V + p_a V, whose second derivative is that at its pressure and, of rank one, m R T/V^2 dV x dV.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -23,7 +27,15 @@ from lobefem.typing import Constant, Convention, Expr
 
 import ufl
 
-__all__ = ["LOADS", "GasPressure", "film_moment_change", "film_volume", "film_volume_change", "pressure_work"]
+__all__ = [
+    "LOADS",
+    "GasPressure",
+    "SealedGas",
+    "film_moment_change",
+    "film_volume",
+    "film_volume_change",
+    "pressure_work",
+]
 
 LOADS: tuple[str, ...] = get_args(Convention)
 
@@ -50,6 +62,46 @@ class GasPressure:
         checks.finite("the level of the gas pressure", self.level, "m")
         if self.convention not in LOADS:
             raise InputError(f"pressure load '{self.convention}' is unknown; use 'film' or 'closed'")
+
+
+@dataclass(frozen=True)
+class SealedGas:
+    """Gas of a given mass at a given temperature: (p + p_a) V = m R T, Boyle's law.
+
+    Args:
+        amount: m R T [J].
+        ambient: pressure p_a of the air around, from which p counts [Pa].
+
+    Raises:
+        InputError: no gas, or an ambient pressure below 0.
+    """
+
+    amount: float
+    ambient: float = 0.0
+
+    def __post_init__(self) -> None:
+        checks.positive("the amount of sealed gas", self.amount, "J")
+        if checks.finite("the ambient pressure", self.ambient, "Pa") < 0:
+            raise InputError(f"the ambient pressure is {self.ambient} Pa; give one of 0 or more")
+
+    @classmethod
+    def of(cls, pressure: float, volume: float, ambient: float = 0.0) -> SealedGas:
+        """The gas that has a pressure [Pa] above the ambient one in a volume [m^3]."""
+        return cls((pressure + ambient) * volume, ambient)
+
+    def pressure(self, volume: float) -> float:
+        """The pressure p above the ambient one in a volume [Pa]; not a number in one that is none."""
+        return self.amount / volume - self.ambient if volume > 0 else math.nan
+
+    def work(self, volume: float, gain: float) -> float:
+        """Work on the balloon, the ambient air's included, as a volume gains [J]; -inf where none is left."""
+        if volume + gain <= 0:
+            return -math.inf
+        return self.amount * math.log1p(gain / volume) - self.ambient * gain
+
+    def stiffness(self, volume: float) -> float:
+        """-dp/dV [Pa/m^3]."""
+        return self.amount / volume**2
 
 
 def film_volume(x: Expr, frame: Frame) -> Any:

@@ -11,6 +11,10 @@ out of an eigenproblem by a constraint: with C = B t,
 
 whose finite eigenpairs are those of K on the motions with t . B x = 0. Where K t = 0 these are all other
 eigenpairs of K, be it symmetric or not.
+
+A sealed gas adds c f f^T to K, f = dV/dq, which would leave no zero entry. As a further border, C = sqrt(c) f
+with -1 in the corner, it keeps the matrix sparse: m is what the gas's pressure changes by. The inertia
+counts one negative value more for a border of either kind.
 """
 
 from __future__ import annotations
@@ -80,6 +84,7 @@ class FreeRotations:
 
     Attributes:
         vectors: t, orthonormal by B; none where the supports leave none.
+        gas: what a sealed gas adds to the tangent, a border more; None under a given pressure.
 
     Collective.
     """
@@ -97,18 +102,25 @@ class FreeRotations:
                 v.scale(1 / size)
             self.vectors.append(t)
             self._columns.append(column)
+        self.gas = balloon.gas_stiffness(q)
+        self._corners = [0.0] * len(self.vectors)
+        if self.gas is not None:
+            column = self.gas.vector.copy()
+            column.scale(np.sqrt(self.gas.factor))
+            self._columns.append(column)
+            self._corners.append(-1.0)
 
     def __len__(self) -> int:
-        return len(self.vectors)
+        return len(self._columns)
 
     def bordered(self, A: Mat, *, constrained: bool = True) -> Any:
-        """A with the constraint's rows and columns at its end; A itself where there are none. Collective.
+        """A with the borders' rows and columns at its end; A itself where there are none. Collective.
 
         Args:
             A: a matrix in q.
             constrained: False for rows and columns of zeros.
         """
-        if not self.vectors:
+        if not self._columns:
             return A
         comm, k = A.getComm().tompi4py(), len(self)
         size = A.getSize()[0]
@@ -123,7 +135,7 @@ class FreeRotations:
         for i in range(k if last else 0):  # with a diagonal entry, which a factorisation wants
             row = np.concatenate(whole[i]) if constrained else np.empty(0)
             columns = np.concatenate([columns, np.arange(len(row)), [size + i]])
-            values = np.concatenate([values, row, [0.0]])
+            values = np.concatenate([values, row, [self._corners[i] if constrained else 0.0]])
             pointers = np.append(pointers, len(columns))
         local = A.getLocalSize()[0] + (k if last else 0)
         csr = [a.astype(PETSc.IntType) for a in (pointers, columns)]
@@ -131,15 +143,15 @@ class FreeRotations:
 
     def cut(self, v: Vec) -> Any:
         """The part in q of a vector of a bordered matrix. Collective."""
-        if not self.vectors:
+        if not self._columns:
             return v
-        x = self.vectors[0].duplicate()
+        x = self._columns[0].duplicate()
         x.array[:] = v.array_r[: x.getLocalSize()]
         return x
 
     def through(self, solve: Any, bordered: Any) -> Any:
         """A solver (b, x) in q made from one of a bordered matrix."""
-        if not self.vectors:
+        if not self._columns:
             return solve
         right, left = bordered.createVecs()
 
@@ -172,5 +184,5 @@ class FreeRotations:
 
     def project(self, r: Vec) -> None:
         """Take out of a residual what the constraint bears, in place. Collective."""
-        for t, column in zip(self.vectors, self._columns, strict=True):
+        for t, column in zip(self.vectors, self._columns, strict=False):
             r.axpy(-t.dot(r), column)

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from lobefem import checks
 from lobefem.display import Summarized, Summary
 from lobefem.equilibrium.newton import has_symmetric_stiffness
+from lobefem.equilibrium.operator import Operator
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
@@ -192,6 +193,8 @@ def find_modes(
     Shift-invert about a shift below the whole spectrum, which the inertia of the (symmetric part of
     the) tangent proves: by Bendixson's theorem no eigenvalue has a real part below it.
 
+    Where a gas is sealed in, its own stiffness is part of the tangent: under a given pressure it is not.
+
     Args:
         state: from `inflate` or `ideal_state`.
         count: how many; a complex pair that straddles the end is kept whole.
@@ -217,6 +220,11 @@ def find_modes(
         raise InputError(
             f"this is a state of one of {balloon.surface.copies} equal sectors, whose modes are found "
             f"harmonic by harmonic; give harmonics, such as range({balloon.surface.copies // 2 + 1}) for all"
+        )
+    if balloon.gas is not None and 0 in asked:
+        raise InputError(
+            "harmonic 0 of a balloon with a sealed gas is not found from one sector; leave harmonics out, or "
+            "0 of them: the others are those at the same pressure"
         )
     if _is_held(state):
         require_one_tangent(balloon.film, balloon.hoop_slack)
@@ -244,10 +252,12 @@ def find_modes(
     st.setType(SLEPc.ST.Type.SINVERT)
     petsc.set_direct_solver(st.getKSP(), symmetric, inertia=symmetric)
     eps.setFromOptions()
+    whole = Operator(balloon).at(q, K)
     shift = shift_below(_scale(balloon), eps, K, B, symmetric, len(rotations))
 
     def curvature(v: Vec, u: Vec) -> float:
-        return balloon.second_variation(q, v, u)
+        own = balloon.second_variation(q, v, u)
+        return own if rotations.gas is None else own + rotations.gas.along(v, u)
 
     transposed = None if symmetric else rotations.through(st.getKSP().solveTranspose, A)
     cyclic = 0 if symmetric else cyclic_order(state.balloon, state.displacement)
@@ -264,7 +274,7 @@ def find_modes(
         least = min(count, len(found))
         # a complex pair that straddles the end is kept whole
         chosen = found[: least + (found[least - 1].value.imag > 0)]
-        modes = [make_mode(balloon, q, p, residual(p, K, B, shift, rotations.project)) for p in chosen]
+        modes = [make_mode(balloon, q, p, residual(p, whole, B, shift, rotations.project)) for p in chosen]
         proved = num_proved(eps, found, least, shift, len(rotations)) if symmetric else None
         if symmetric:
             complete = proved is not None

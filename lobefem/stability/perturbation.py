@@ -123,6 +123,7 @@ def perturb(
     let_go: bool = False,
     steps: int = 20,
     damping: float = 1.0,
+    original: Equilibrium | None = None,
     resume: Checkpoint | None = None,
     keep: Keep | None = None,
     progress: Callable[[str], None] | None = None,
@@ -136,6 +137,8 @@ def perturb(
         let_go: whether to release it at the end of the ramp.
         steps: increments of the ramp.
         damping: of the release, see `lobefem.stability.relaxation`.
+        original: the pressurised balloon; by default `inflate` finds it. Of all gores of a pumpkin give that
+            of `full_state`, in which all are alike.
         resume: what `keep` was last given in a run that was stopped.
         keep: called on all ranks after each accepted step, with a state of the free balloon and notes;
             its shape is that of notes["history"][notes["point"]].
@@ -166,7 +169,8 @@ def perturb(
             f"the run to go on with is of another study, {_said(notes.get('study'))}; repeat its options, or "
             "start afresh without --resume"
         )
-    original = inflate(balloon, pressure, progress=plain(progress))
+    if original is None:
+        original = inflate(balloon, pressure, progress=plain(progress))
     try:
         log = _Log(original, study, notes, keep)
     except (TypeError, KeyError, ValueError, AttributeError) as error:
@@ -249,7 +253,7 @@ class _Log:
             return
         contact = balloon.contact.measure(balloon.u) if balloon.contact is not None else None
         before = last.volume if last is not None else self.original.volume
-        gas = self._gas(increment.volume - before, plates)
+        gas = self._gas(before, increment.volume - before, plates)
         strain = (state.strain_energy or 0.0) - (self.original.strain_energy or 0.0)
         dead = _dead_work(state) - _dead_work(self.original)
         ledger = Ledger(
@@ -275,13 +279,13 @@ class _Log:
         )
         self._keep(release_start(state) if self.keep is not None else None, "ramp", len(self.history) - 1)
 
-    def _gas(self, gained: float, plates: tuple[Array, Array]) -> float:
+    def _gas(self, before: float, gained: float, plates: tuple[Array, Array]) -> float:
         """Work of the gas over a step; what `film` load leaves out on the plates by the trapezoid rule."""
         balloon = self.balloon
         if balloon.load.convention == "film":
             old = self._plates or self._plates_of(balloon, self.original.vector())
             gained -= float(((old[0] + plates[0]) / 2 * (plates[1] - old[1])).sum())
-        return float(balloon.pressure.value) * gained
+        return balloon.gas_work(before, gained)
 
     @staticmethod
     def _plates_of(balloon: Balloon, q: Vec) -> tuple[Array, Array]:
