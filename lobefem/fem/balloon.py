@@ -71,6 +71,7 @@ class Balloon(GasAccess, Discretization, UflAccess, OnMesh, Summarized):
             foundation, a spring, another load.
 
     Attributes:
+        specification: these arguments, checked.
         V, u: space and function of the displacement [m].
         dx: measure of the film, with its quadrature rule.
         X: positions of V's nodes at rest, ghosts included (nodes, 3) [m].
@@ -109,7 +110,7 @@ class Balloon(GasAccess, Discretization, UflAccess, OnMesh, Summarized):
         given = Specification(
             surface,
             film,
-            components,  # type: ignore[arg-type]  # any sequence becomes a tuple
+            components,
             prestressed,
             hoop_slack,
             load_path,
@@ -204,7 +205,7 @@ class Balloon(GasAccess, Discretization, UflAccess, OnMesh, Summarized):
         return self.map.unknowns(other.u, other.w)
 
     def _summary(self) -> Summary:
-        return self.specification._summary()
+        return self.specification.summary()
 
     @property
     def gas_level(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -59,7 +59,7 @@ class Specification(OnMesh, Summarized):
 
     surface: Surface
     film: Film
-    components: tuple[Any, ...] = ()
+    components: Sequence[Any] = ()
     prestressed: bool = False
     hoop_slack: float = 0.0
     load_path: LoadPath | None = None
@@ -84,6 +84,10 @@ class Specification(OnMesh, Summarized):
         return bool(self.film.varying) or any(given is not None for given in bound)
 
     def _summary(self) -> Summary:
+        return self.summary()
+
+    def summary(self) -> Summary:
+        """Film, gas, plates and cables in rows."""
         film, surface, plates = self.film, self.surface, self.parts.plates
         lobes = f"{surface.num_lobes} lobe{'s' if surface.num_lobes > 1 else ''}"
         mesh = "unstructured mesh" if surface.divisions is None else "{} x {}".format(*surface.divisions)
