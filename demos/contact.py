@@ -9,8 +9,8 @@ and draws the stack with its contact zones coloured. Runs serially or under mpir
 
 from __future__ import annotations
 
-import argparse
 import json
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -36,6 +36,9 @@ from lobefem.viz.film_mesh import gather
 from lobefem.viz.rendering import can_render
 
 from mpi4py import MPI
+
+# isort: split
+from command import exit_code, pair, parser
 
 PRESSURE = 5.0  # [Pa]
 LIFTS = (0.0, -0.4, -0.8, -1.2, -1.6, -1.8, -2.0)  # of the top plate [m]
@@ -147,20 +150,13 @@ def draw(state: Equilibrium, path: Path) -> None:
     plotter.close()
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("out/contact"))
-    parser.add_argument("--divisions", default="8x12", help="of a lobe along its meridian, and around")
-    options = parser.parse_args(arguments)
-    try:
-        along, around = map(int, options.divisions.split("x"))
-    except ValueError:
-        parser.error(f"--divisions {options.divisions}: give two integers such as 8x12")
-    rows = run((along, around), LIFTS, options.out)
-    if MPI.COMM_WORLD.rank == 0:
-        print(table(rows))
-    return 0
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the demo from the command line."""
+    line = parser(str(__doc__).splitlines()[0], "out/contact", "8x12")
+    options, comm = line.parse_args(argv), MPI.COMM_WORLD
+    divisions = pair(options, line)
+    return exit_code(comm, lambda: [table(run(divisions, LIFTS, options.out))])
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

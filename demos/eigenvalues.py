@@ -10,10 +10,8 @@ and stretches. Beside them what the paper says of each figure. Runs serially or 
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,7 +20,6 @@ import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 from lobefem import CriticalPoint, CriticalPressure, critical_point, critical_pressure, trace
-from lobefem.errors import LobefemError
 from lobefem.files import save_json
 from lobefem.stability.branch_following import Branch
 from lobefem.stability.tracing import branches
@@ -31,6 +28,7 @@ from lobefem.viz.mode_figures import eigenvalue_curves
 from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parent))
+from command import exit_code, pair, parser, speaker
 from paper_words import CASES, Row, compare
 from stability import PUBLISHED, curve_numbers, design
 
@@ -170,29 +168,10 @@ def page(numbers: dict[str, Any]) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Eigenvalues against pressure (paper sec. 5)")
-    parser.add_argument("--out", type=Path, default=Path("out/eigenvalues"), help="folder to write to")
-    parser.add_argument("--divisions", default="24x32", help="of a lobe along its meridian, and around")
-    options = parser.parse_args(argv)
-    comm, begin = MPI.COMM_WORLD, time.monotonic()
-    try:
-        along, around = (int(part) for part in options.divisions.split("x"))
-    except ValueError:
-        parser.error(f"--divisions {options.divisions}: give two integers such as 24x32")
-
-    def say(text: str) -> None:
-        if comm.rank == 0:
-            print(f"[{time.monotonic() - begin:5.1f} s] {text}", file=sys.stderr, flush=True)
-
-    try:
-        numbers = run((along, around), out=options.out, comm=comm, say=say)
-    except LobefemError as error:
-        if comm.rank == 0:
-            print(f"demo: {error}", file=sys.stderr)
-        return error.exit_code
-    if comm.rank == 0:
-        print(page(numbers))
-    return 0
+    line = parser("Eigenvalues against pressure (paper sec. 5)", "out/eigenvalues", "24x32")
+    options, comm = line.parse_args(argv), MPI.COMM_WORLD
+    divisions, say = pair(options, line), speaker(comm, clock=True)
+    return exit_code(comm, lambda: [page(run(divisions, out=options.out, comm=comm, say=say))])
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ serially or under mpirun.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -43,12 +42,12 @@ from lobefem import (
     lobed_cylinder,
 )
 from lobefem.equilibrium.form_finding import row_means
-from lobefem.errors import LobefemError
 from lobefem.files import save_json
 
 from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parent))
+from command import exit_code, pair, parser
 from paper_words import Row, to_markdown
 
 Array = npt.NDArray[np.float64]
@@ -160,18 +159,21 @@ def run(
         numbers["isotensoid"][f"{n} lobe{'s' * (n > 1)}"] = later_steps(
             lobed_cylinder(n, divisions, comm=comm)
         )
-    rows = compare(numbers)
-    numbers["paper"] = [row._asdict() for row in rows]
+    numbers["paper"] = [row._asdict() for row in compare(numbers)]
     if comm.rank == 0:
         out.mkdir(parents=True, exist_ok=True)
         _draw_shapes(forms, exact, analysed).savefig(out / "shapes.png")
         _draw_stress(last, analysed[last.pressure], design).savefig(out / "stress.png")
-        (out / "table.md").write_text(
-            to_markdown(rows, _header(numbers)) + _tables(numbers), encoding="utf-8"
-        )
+        (out / "table.md").write_text(table(numbers), encoding="utf-8")
     comm.Barrier()
     save_json(out / "form_finding.json", numbers, comm)
     return numbers
+
+
+def table(numbers: dict[str, Any]) -> str:
+    """All statements and numbers in Markdown."""
+    rows = [Row(**row) for row in numbers["paper"]]
+    return to_markdown(rows, _header(numbers)) + _tables(numbers)
 
 
 # --- beside the paper ---------------------------------------------------------------------------
@@ -345,25 +347,17 @@ def _draw_stress(form: Form, analysed: Analysed, design: Isotensoid) -> Figure:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Form finding of a lobe (paper figs 8-10)")
-    parser.add_argument("--out", type=Path, default=Path("out/form"), help="folder to write to")
-    parser.add_argument("--divisions", default="24x32", help="of the cylinder along its axis, and around")
-    options = parser.parse_args(argv)
-    comm = MPI.COMM_WORLD
-    try:
-        along, around = (int(part) for part in options.divisions.split("x"))
-    except ValueError:
-        parser.error(f"--divisions {options.divisions}: give two integers such as 24x32")
-    try:
-        numbers = run((along, around), options.out, comm=comm)
-    except LobefemError as error:
-        if comm.rank == 0:
-            print(f"demo: {error}", file=sys.stderr)
-        return error.exit_code
-    if comm.rank == 0:
-        print((options.out / "table.md").read_text(encoding="utf-8"))
-        print(f"figures and tables are in {options.out}; E t = {numbers['forms'][-1]['Et']:.2f} N/m")
-    return 0
+    of = "of the cylinder along its axis, and around"
+    line = parser("Form finding of a lobe (paper figs 8-10)", "out/form", "24x32", of)
+    options, comm = line.parse_args(argv), MPI.COMM_WORLD
+    divisions = pair(options, line)
+
+    def task() -> list[str]:
+        numbers = run(divisions, options.out, comm=comm)
+        found = numbers["forms"][-1]["Et"]
+        return [table(numbers), f"figures and tables are in {options.out}; E t = {found:.2f} N/m"]
+
+    return exit_code(comm, task)
 
 
 if __name__ == "__main__":

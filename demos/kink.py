@@ -11,7 +11,6 @@ bounds what.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Sequence
@@ -22,11 +21,13 @@ import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 from lobefem import Balloon, EndPlates, GasPressure, TensionField, lobed_cylinder
-from lobefem.errors import LobefemError
 from lobefem.files import save_json
 from lobefem.stability.one_sided import one_sided_modes, one_sided_pressures, slack_critical_pressure
 
 from mpi4py import MPI
+
+# isort: split
+from command import exit_code, pair, parser
 
 HARMONICS = tuple(range(2, 9))
 SLACKS = (1e-4, 1e-3, 1e-2)
@@ -173,25 +174,15 @@ def draw(numbers: dict[str, Any], path: Path) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Tension field where it is taut and wrinkled at once")
-    parser.add_argument("--out", type=Path, default=Path("out/kink"), help="folder to write to")
-    parser.add_argument("--divisions", default="16x32", help="of a lobe along its meridian, and around")
-    options = parser.parse_args(argv)
-    comm = MPI.COMM_WORLD
-    try:
-        along, around = (int(part) for part in options.divisions.split("x"))
-    except ValueError:
-        parser.error(f"--divisions {options.divisions}: give two integers such as 16x32")
-    try:
-        numbers = run((along, around), out=options.out, comm=comm)
-    except LobefemError as error:
-        if comm.rank == 0:
-            print(f"demo: {error}", file=sys.stderr)
-        return error.exit_code
-    if comm.rank == 0:
-        print(to_markdown(numbers))
-        print(f"chart, table and numbers are in {options.out}")
-    return 0
+    line = parser("Tension field where it is taut and wrinkled at once", "out/kink", "16x32")
+    options, comm = line.parse_args(argv), MPI.COMM_WORLD
+    divisions = pair(options, line)
+
+    def task() -> list[str]:
+        numbers = run(divisions, out=options.out, comm=comm)
+        return [to_markdown(numbers), f"chart, table and numbers are in {options.out}"]
+
+    return exit_code(comm, task)
 
 
 if __name__ == "__main__":

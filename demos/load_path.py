@@ -10,7 +10,6 @@ serially or under mpirun.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -36,12 +35,14 @@ from lobefem import (
     inflate,
     lobed_cylinder,
 )
-from lobefem.errors import LobefemError
 from lobefem.fem.functionals import true_resultants
 from lobefem.files import save_json
 from lobefem.model.film import Film
 
 from mpi4py import MPI
+
+# isort: split
+from command import exit_code, folder, pair, parser, speaker
 
 PRESSURE = 5.0  # [Pa]
 SLACK = 1e-3  # hoop slack of the last row of the table of iterations
@@ -183,10 +184,7 @@ def run(
         comm: MPI communicator.
         say: called with what goes on.
     """
-    out = Path(out)
-    if comm.rank == 0:
-        out.mkdir(parents=True, exist_ok=True)
-    comm.Barrier()
+    out = folder(out, comm)
     surface = lobed_cylinder(2, divisions, cell="quadrilateral", comm=comm)
     say("initial stress")
     states = {METHODS[0]: inflate(stack(surface, Isotropic(), prestressed=True), PRESSURE)}
@@ -220,26 +218,15 @@ def run(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Initial stress and prescribed load path (paper fig. 20)")
-    parser.add_argument("--out", type=Path, default=Path("out/load_path"), help="folder to write to")
-    parser.add_argument("--divisions", default="24x32", help="of a lobe along its meridian, and around")
-    options = parser.parse_args(argv)
-    comm = MPI.COMM_WORLD
-    try:
-        along, around = (int(part) for part in options.divisions.split("x"))
-    except ValueError:
-        parser.error(f"--divisions {options.divisions}: give two integers such as 24x32")
-    say: Say = lambda text: print(text, file=sys.stderr, flush=True) if comm.rank == 0 else None  # noqa: E731
-    try:
-        numbers = run((along, around), options.out, comm=comm, say=say)
-    except LobefemError as error:
-        if comm.rank == 0:
-            print(f"demo: {error}", file=sys.stderr)
-        return error.exit_code
-    if comm.rank == 0:
-        print(table(numbers))
-        print(f"figure and tables are in {options.out}")
-    return 0
+    line = parser("Initial stress and prescribed load path (paper fig. 20)", "out/load_path", "24x32")
+    options, comm = line.parse_args(argv), MPI.COMM_WORLD
+    divisions = pair(options, line)
+
+    def task() -> list[str]:
+        numbers = run(divisions, options.out, comm=comm, say=speaker(comm))
+        return [table(numbers), f"figure and tables are in {options.out}"]
+
+    return exit_code(comm, task)
 
 
 if __name__ == "__main__":

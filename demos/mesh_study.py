@@ -21,13 +21,15 @@ import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 from lobefem import Balloon
-from lobefem.errors import LobefemError
 from lobefem.files import save_json
 from lobefem.io.design import Design
 from lobefem.stability.mesh_convergence import DIVISIONS, MeshStudy, mesh_study
 from lobefem.viz.study_figures import refinement
 
 from mpi4py import MPI
+
+# isort: split
+from command import exit_code, folder, speaker
 
 CASES = (
     ("single", 1, "fixed-wrinkles"),
@@ -72,10 +74,7 @@ def run(
         comm: MPI communicator.
         say: called with what goes on.
     """
-    out = Path(out)
-    if comm.rank == 0:
-        out.mkdir(parents=True, exist_ok=True)
-    comm.Barrier()
+    out = folder(out, comm)
     studies = {}
     for size, lobes, law in CASES:
         name = f"{size}_{law}"
@@ -107,28 +106,21 @@ def numbers(study: MeshStudy) -> dict[str, Any]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Mesh studies of critical pressures (paper sec. 5)")
-    parser.add_argument("--out", type=Path, default=Path("out/mesh_study"), help="folder to write to")
-    options = parser.parse_args(argv)
-    comm, begin = MPI.COMM_WORLD, time.monotonic()
+    line = argparse.ArgumentParser(description="Mesh studies of critical pressures (paper sec. 5)")
+    line.add_argument("--out", type=Path, default=Path("out/mesh_study"), help="folder to write to")
+    options, comm, begin = line.parse_args(argv), MPI.COMM_WORLD, time.monotonic()
 
-    def say(text: str) -> None:
-        if comm.rank == 0:
-            print(f"[{time.monotonic() - begin:5.1f} s] {text}", file=sys.stderr, flush=True)
+    def task() -> list[str]:
+        lines = []
+        for name, study in run(out=options.out, comm=comm, say=speaker(comm, clock=True)).items():
+            lines.append(f"\n{name.replace('_', ', ')}")
+            lines += [
+                textwrap.fill(sentence, 100, initial_indent="- ", subsequent_indent="  ")
+                for sentence in study.verdict
+            ]
+        return [*lines, f"\n{time.monotonic() - begin:.0f} s; figures and numbers are in {options.out}"]
 
-    try:
-        studies = run(out=options.out, comm=comm, say=say)
-    except LobefemError as error:
-        if comm.rank == 0:
-            print(f"demo: {error}", file=sys.stderr)
-        return error.exit_code
-    if comm.rank == 0:
-        for name, study in studies.items():
-            print(f"\n{name.replace('_', ', ')}")
-            for sentence in study.verdict:
-                print(textwrap.fill(sentence, 100, initial_indent="- ", subsequent_indent="  "))
-        print(f"\n{time.monotonic() - begin:.0f} s; figures and numbers are in {options.out}")
-    return 0
+    return exit_code(comm, task)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,6 @@ import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 from lobefem import Balloon, EndPlates, GasPressure, TensionField, find_modes, inflate
-from lobefem.errors import LobefemError
 from lobefem.files import save_json
 from lobefem.geometry.gore import ConstantAngle, Gore
 from lobefem.geometry.pumpkin import PumpkinRecipe
@@ -34,6 +33,9 @@ from lobefem.stability import GorePressures, critical_pressures, full_modes
 from lobefem.viz.rendering import can_render, render_modes
 
 from mpi4py import MPI
+
+# isort: split
+from command import exit_code, pair, parser
 
 GORES = (96, 128, 160)
 ELSEWHERE = {96: 804.0, 160: 88.0}  # limits of another program's meshes [Pa]
@@ -165,26 +167,16 @@ def draw(numbers: dict[str, Any], path: Path) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Critical pressures of pumpkins from one gore")
-    parser.add_argument("--out", type=Path, default=Path("out/pumpkin"), help="folder to write to")
-    parser.add_argument("--divisions", default="48x8", help="of the finest mesh, along a gore and across it")
-    options = parser.parse_args(argv)
-    comm = MPI.COMM_WORLD
-    try:
-        along, across = (int(part) for part in options.divisions.split("x"))
-        meshes((along, across))
-    except (ValueError, argparse.ArgumentTypeError):
-        parser.error(f"--divisions {options.divisions}: give two multiples of four such as 48x8")
-    try:
-        numbers = run((along, across), out=options.out, comm=comm)
-    except LobefemError as error:
-        if comm.rank == 0:
-            print(f"demo: {error}", file=sys.stderr)
-        return error.exit_code
-    if comm.rank == 0:
-        print(to_markdown(numbers))
-        print(f"chart, table, picture and numbers are in {options.out}")
-    return 0
+    of = "of the finest mesh, along a gore and across it"
+    line = parser("Critical pressures of pumpkins from one gore", "out/pumpkin", "48x8", of)
+    options, comm = line.parse_args(argv), MPI.COMM_WORLD
+    divisions = pair(options, line, meshes)
+
+    def task() -> list[str]:
+        numbers = run(divisions, out=options.out, comm=comm)
+        return [to_markdown(numbers), f"chart, table, picture and numbers are in {options.out}"]
+
+    return exit_code(comm, task)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ stopped after one second with much damping, a tenth and a hundredth of it. Runs 
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Callable, Sequence
@@ -24,11 +23,13 @@ import numpy as np
 from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
 from lobefem.equilibrium.gradient_flow import Record
 from lobefem.equilibrium.state import State
-from lobefem.errors import LobefemError
 from lobefem.files import save_json
 from lobefem.stability.relaxation import release
 
 from mpi4py import MPI
+
+# isort: split
+from command import exit_code, folder, pair, parser, speaker
 
 PRESSURE = 5.0  # [Pa]
 DAMPINGS = (10.0, 1.0, 0.1)
@@ -66,10 +67,7 @@ def run(
     say: Say = lambda text: None,
 ) -> dict[str, Any]:
     """The whole demo; returns its numbers on every rank. Collective."""
-    out = Path(out)
-    if comm.rank == 0:
-        out.mkdir(parents=True, exist_ok=True)
-    comm.Barrier()
+    out = folder(out, comm)
     surface = lobed_cylinder(lobes, divisions, comm=comm)
     parts = [GasPressure(load), Hoops(), EndPlates(support=support)]
     balloon = Balloon(surface, TensionField(), parts, prestressed=True)
@@ -135,41 +133,31 @@ def plot(history: Sequence[Record], volume: float, path: Path, title: str) -> No
     figure.savefig(path, dpi=130)
 
 
+def words(numbers: dict[str, Any]) -> list[str]:
+    """The outcome in lines."""
+    ledger = numbers["ledger"]
+    return [
+        f"{numbers['outcome']}: {numbers['reason']}; {numbers['steps']} steps",
+        f"energy ledger closes to {100 * ledger['error']:.2g} %",
+        *(
+            f"damping {row['damping']:g}, after {row['time']:.2g} s: top at {row['top'][0]:.3f} m, "
+            f"unbalanced {row['unbalanced']:.1e} of the load, V = {row['volume']:.2f} m³: "
+            f"{row['outcome']}"
+            for row in numbers["stopped"]
+        ),
+    ]
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Release of a leaning stack (paper sec. 6)")
-    parser.add_argument("--out", type=Path, default=Path("out/release"), help="folder to write to")
-    parser.add_argument("--divisions", default="12x16", help="of a lobe along its meridian, and around")
-    parser.add_argument("--load", default="closed", help="closed or film")
-    parser.add_argument("--support", default="clamped", help="clamped or pinned")
-    options = parser.parse_args(argv)
-    comm = MPI.COMM_WORLD
-    try:
-        along, around = (int(part) for part in options.divisions.split("x"))
-    except ValueError:
-        parser.error(f"--divisions {options.divisions}: give two integers such as 12x16")
-
-    def say(text: str) -> None:
-        if comm.rank == 0:
-            print(text, file=sys.stderr, flush=True)
-
-    try:
-        choice = {"load": options.load, "support": options.support}
-        numbers = run((along, around), out=options.out, comm=comm, say=say, **choice)
-    except LobefemError as error:
-        say(f"demo: {error}")
-        return error.exit_code
-    if comm.rank == 0:
-        ledger = numbers["ledger"]
-        print(f"{numbers['outcome']}: {numbers['reason']}; {numbers['steps']} steps")
-        print(f"energy ledger closes to {100 * ledger['error']:.2g} %")
-        for row in numbers["stopped"]:
-            print(
-                f"damping {row['damping']:g}, after {row['time']:.2g} s: top at {row['top'][0]:.3f} m, "
-                f"unbalanced {row['unbalanced']:.1e} of the load, V = {row['volume']:.2f} m³: "
-                f"{row['outcome']}"
-            )
-    return 0
+    line = parser("Release of a leaning stack (paper sec. 6)", "out/release", "12x16")
+    line.add_argument("--load", default="closed", help="closed or film")
+    line.add_argument("--support", default="clamped", help="clamped or pinned")
+    options, comm = line.parse_args(argv), MPI.COMM_WORLD
+    divisions, choice = pair(options, line), {"load": options.load, "support": options.support}
+    return exit_code(
+        comm, lambda: words(run(divisions, out=options.out, comm=comm, say=speaker(comm), **choice))
+    )
 
 
 if __name__ == "__main__":

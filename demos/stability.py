@@ -10,7 +10,6 @@ ideal isotensoid, its stress in proportion to the pressure. Runs serially or und
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 import time
@@ -25,7 +24,6 @@ import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 from lobefem import critical_pressure, find_modes, ideal_state
 from lobefem.app.states_command import mode_data
 from lobefem.app.states_command import summary as origin
-from lobefem.errors import LobefemError
 from lobefem.files import on_root, save_json
 from lobefem.io.design import Design
 from lobefem.io.run_folder import RunFolder
@@ -44,6 +42,7 @@ from lobefem.viz.verdict import FIXED_WRINKLES
 from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parent))
+from command import exit_code, folder, pair, parser, speaker
 from paper_words import CASES, Row, beside_the_paper, compare, to_markdown
 
 PRESSURES = (50.0, *(500.0 * k for k in range(1, 13)))
@@ -210,10 +209,7 @@ def run(
         comm: MPI communicator.
         say: called with what goes on.
     """
-    out = Path(out)
-    if comm.rank == 0:
-        out.mkdir(parents=True, exist_ok=True)
-    comm.Barrier()
+    out = folder(out, comm)
     numbers: dict[str, Any] = {"divisions": list(divisions), "load": "film", "mass": "unit", "cases": {}}
     numbers["mesh_study"] = []
     for n in around:
@@ -279,35 +275,24 @@ def _show(rows: Sequence[Row], header: str) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Stability of one lobe and of four (paper sec. 5)")
-    parser.add_argument("--out", type=Path, default=Path("out/demo"), help="folder to write to")
-    parser.add_argument("--divisions", default="24x32", help="of a lobe along its meridian, and around")
-    options = parser.parse_args(argv)
-    comm, begin = MPI.COMM_WORLD, time.monotonic()
-    try:
-        along, around = (int(part) for part in options.divisions.split("x"))
-    except ValueError:
-        parser.error(f"--divisions {options.divisions}: give two integers such as 24x32")
-    with ExitStack() as stack:
-        say: Say = lambda text: None  # noqa: E731
-        if comm.rank == 0 and is_terminal(sys.stderr):
-            say = stack.enter_context(console(sys.stderr).status("setting up", spinner="line")).update
-        elif comm.rank == 0:
+    line = parser("Stability of one lobe and of four (paper sec. 5)", "out/demo", "24x32")
+    options, comm, begin = line.parse_args(argv), MPI.COMM_WORLD, time.monotonic()
+    divisions = pair(options, line)
 
-            def say(text: str) -> None:
-                print(f"[{time.monotonic() - begin:5.1f} s] {text}", file=sys.stderr, flush=True)
+    def task() -> list[str]:
+        with ExitStack() as stack:
+            say = speaker(comm, clock=True)
+            if comm.rank == 0 and is_terminal(sys.stderr):
+                say = stack.enter_context(console(sys.stderr).status("setting up", spinner="line")).update
+            numbers = run(divisions, out=options.out, comm=comm, say=say)
+        if comm.rank == 0:
+            _show([Row(**row) for row in numbers["paper"]], _header(divisions))
+        return [
+            f"{time.monotonic() - begin:.0f} s; figures, fields and tables are in {options.out}",
+            f"The report of it all is {options.out / 'report.html'}: open it in a browser",
+        ]
 
-        try:
-            numbers = run((along, around), out=options.out, comm=comm, say=say)
-        except LobefemError as error:
-            if comm.rank == 0:
-                print(f"demo: {error}", file=sys.stderr)
-            return error.exit_code
-    if comm.rank == 0:
-        _show([Row(**row) for row in numbers["paper"]], _header((along, around)))
-        print(f"{time.monotonic() - begin:.0f} s; figures, fields and tables are in {options.out}")
-        print(f"The report of it all is {options.out / 'report.html'}: open it in a browser")
-    return 0
+    return exit_code(comm, task)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ step, and stopped at the end of that step with several dampings. Runs serially o
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -33,7 +32,7 @@ from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflat
 from lobefem.equilibrium.displacement_control import release_start
 from lobefem.equilibrium.distortions import Bend, Distortion, Tip, Twist, Wave
 from lobefem.equilibrium.state import Equilibrium, State, record
-from lobefem.errors import ConvergenceError, LobefemError
+from lobefem.errors import ConvergenceError
 from lobefem.io.provenance import provenance
 from lobefem.model.self_contact import SelfContact
 from lobefem.stability.modes import find_modes
@@ -45,6 +44,7 @@ from lobefem.viz.study_figures import perturbation
 from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parent))
+from command import exit_code, folder, pair, parser, speaker
 from table2_shown import STEP, bends, landscape, middle, words
 
 LOBES, PRESSURE = 4, 5.0
@@ -346,11 +346,8 @@ def run(
         comm: communicator.
         say: called with lines of text.
     """
-    out = Path(out)
+    out = folder(out, comm)
     file = file or out / "table2.json"
-    if comm.rank == 0:
-        out.mkdir(parents=True, exist_ok=True)
-    comm.Barrier()
     mesh = "{}x{}".format(*divisions)
     numbers = {"runs": {}, "stopped": {}, "random": [], "volumes": []} | (numbers or {})
     numbers["made_with"] = provenance(comm)
@@ -410,46 +407,36 @@ def _draw(case: Case, found: Perturbed, out: Path, comm: Any) -> None:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Release of a bent stack (paper figs 23, 24, table 2)")
-    parser.add_argument("--out", type=Path, default=Path("out/table2"), help="folder to write figures to")
-    parser.add_argument("--divisions", default="8x12", help="of a lobe along its meridian, and around")
-    parser.add_argument("--angles", default="7.5", help="of the bend [degrees], separated by commas")
-    parser.add_argument("--larger", action="store_true", help="larger and other distortions, too")
-    parser.add_argument("--only", default="", help="cases whose name contains this")
-    parser.add_argument("--json", type=Path, help="file to keep numbers in; what it has is not done again")
-    parser.add_argument("--no-damping", action="store_true", help="leave out the stopped releases")
-    parser.add_argument("--random", type=int, default=0, help="how many random shapes to let go, too")
-    parser.add_argument("--size", type=float, default=0.4, help="of the random shapes' waves [m]")
-    parser.add_argument("--meshes", action="store_true", help="the volume on several meshes, too")
-    options = parser.parse_args(argv)
-    comm = MPI.COMM_WORLD
+    line = parser("Release of a bent stack (paper figs 23, 24, table 2)", "out/table2", "8x12")
+    line.add_argument("--angles", default="7.5", help="of the bend [degrees], separated by commas")
+    line.add_argument("--larger", action="store_true", help="larger and other distortions, too")
+    line.add_argument("--only", default="", help="cases whose name contains this")
+    line.add_argument("--json", type=Path, help="file to keep numbers in; what it has is not done again")
+    line.add_argument("--no-damping", action="store_true", help="leave out the stopped releases")
+    line.add_argument("--random", type=int, default=0, help="how many random shapes to let go, too")
+    line.add_argument("--size", type=float, default=0.4, help="of the random shapes' waves [m]")
+    line.add_argument("--meshes", action="store_true", help="the volume on several meshes, too")
+    options, comm = line.parse_args(argv), MPI.COMM_WORLD
+    divisions = pair(options, line)
     try:
-        along, around = (int(part) for part in options.divisions.split("x"))
         angles = [float(part) for part in options.angles.split(",") if part]
     except ValueError:
-        parser.error("give --divisions such as 12x16, and --angles such as 7.5,15")
+        line.error("give --angles such as 7.5,15")
     cases = [c for c in matrix(angles) + larger() * options.larger if options.only in c.name]
-
-    def say(text: str) -> None:
-        if comm.rank == 0:
-            print(text, file=sys.stderr, flush=True)
-
     earlier = None
     if options.json is not None and options.json.exists():
         earlier = json.loads(options.json.read_text(encoding="utf-8"))
     meshes = [(12, 16, 1), (24, 32, 1), (48, 64, 1), (12, 16, 2)] if options.meshes else []
-    try:
+
+    def task() -> list[str]:
         numbers = run(
-            (along, around), cases, options.out, numbers=earlier, file=options.json,
+            divisions, cases, options.out, numbers=earlier, file=options.json,
             dampings=() if options.no_damping else DAMPINGS, meshes=meshes,
-            random=options.random, size=options.size, comm=comm, say=say,
+            random=options.random, size=options.size, comm=comm, say=speaker(comm),
         )  # fmt: skip
-    except LobefemError as error:
-        say(f"demo: {error}")
-        return error.exit_code
-    if comm.rank == 0:
-        print("\n".join(words(numbers)))
-    return 0
+        return words(numbers)
+
+    return exit_code(comm, task)
 
 
 if __name__ == "__main__":

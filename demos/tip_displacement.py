@@ -13,7 +13,6 @@ mpirun.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -31,7 +30,7 @@ from lobefem.equilibrium.displacement_control import distort, release_start
 from lobefem.equilibrium.distortions import Tip
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.ramp import Increment
-from lobefem.errors import ConvergenceError, LobefemError
+from lobefem.errors import ConvergenceError
 from lobefem.fem.balloon import Balloon
 from lobefem.files import save_json
 from lobefem.io.design import Design
@@ -39,6 +38,9 @@ from lobefem.stability.perturbation import Point, perturb
 from lobefem.stability.relaxation import release
 
 from mpi4py import MPI
+
+# isort: split
+from command import exit_code, parser, speaker
 
 LOBES, PRESSURE = 5, 5.0
 INCREMENT = 0.05  # of the displacement [m]
@@ -327,27 +329,24 @@ def table(rows: Sequence[dict[str, Any]]) -> str:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the demo from the command line."""
-    parser = argparse.ArgumentParser(description="Force against tip displacement (paper fig. 22)")
-    parser.add_argument("--out", type=Path, default=Path("out/tip"), help="folder to write to")
-    parser.add_argument("--divisions", default="12x16", help="of a lobe, one mesh or more; paper: 24x32")
-    parser.add_argument("--cell", default="triangle", choices=("triangle", "quadrilateral"))
-    parser.add_argument("--grading", type=float, default=0.0, help="flatter cells at the seams: 0 to 0.95")
-    parser.add_argument("--displacement", type=float, default=1.6, help="of the top centre [m]")
-    parser.add_argument("--no-contact", action="store_true", help="leave out the path with self-contact")
-    parser.add_argument("--mesh-study", action="store_true", help="the force on many meshes instead")
-    options = parser.parse_args(argv)
+    of = "of a lobe, one mesh or more; paper: 24x32"
+    line = parser("Force against tip displacement (paper fig. 22)", "out/tip", "12x16", of)
+    line.add_argument("--cell", default="triangle", choices=("triangle", "quadrilateral"))
+    line.add_argument("--grading", type=float, default=0.0, help="flatter cells at the seams: 0 to 0.95")
+    line.add_argument("--displacement", type=float, default=1.6, help="of the top centre [m]")
+    line.add_argument("--no-contact", action="store_true", help="leave out the path with self-contact")
+    line.add_argument("--mesh-study", action="store_true", help="the force on many meshes instead")
+    options = line.parse_args(argv)
     comm, begin = MPI.COMM_WORLD, time.monotonic()
     try:
         meshes = [tuple(int(n) for n in part.split("x")) for part in options.divisions.split(",")]
         meshes = [(along, around) for along, around in meshes]
     except ValueError:
-        parser.error(f"--divisions {options.divisions}: give pairs of integers such as 24x32,12x16")
+        line.error(f"--divisions {options.divisions}: give pairs of integers such as 24x32,12x16")
 
-    def say(text: str) -> None:
-        if comm.rank == 0:
-            print(f"[{time.monotonic() - begin:5.1f} s] {text}", file=sys.stderr, flush=True)
+    say = speaker(comm, clock=True)
 
-    try:
+    def task() -> list[str]:
         if options.mesh_study:
             lines = [table(mesh_study(options.out, comm, say))]
         else:
@@ -363,14 +362,9 @@ def main(argv: Sequence[str] | None = None) -> int:
                 say=say,
             )
             lines = words(numbers)
-    except LobefemError as error:
-        if comm.rank == 0:
-            print(f"demo: {error}", file=sys.stderr)
-        return error.exit_code
-    if comm.rank == 0:
-        print("\n".join(lines))
-        print(f"{time.monotonic() - begin:.0f} s; figure and numbers are in {options.out}")
-    return 0
+        return [*lines, f"{time.monotonic() - begin:.0f} s; figure and numbers are in {options.out}"]
+
+    return exit_code(comm, task)
 
 
 if __name__ == "__main__":
