@@ -31,7 +31,8 @@ from lobefem.fem.balloon import Balloon
 from lobefem.fem.cyclic_symmetry import plate_basis, ties
 from lobefem.fem.functionals import displacement_of
 from lobefem.linalg.banded import HERMITIAN, as_scipy
-from lobefem.typing import Array, ComplexArray
+from lobefem.stability.sector_modes import mass_matrix
+from lobefem.typing import Array, ComplexArray, Mass
 
 __all__ = ["Condensed", "GoreMode", "GorePencil", "GoreSector"]
 
@@ -89,6 +90,13 @@ class GoreSector:
         self.inner = np.setdiff1d(np.arange(size - params), np.concatenate([self.near, self.far]))
         self.ends = np.concatenate([self.near, self.far, self.plates])
         self._rotation = pairs.rotation
+        self._cuts = np.concatenate([pairs.near, pairs.far])
+
+    def cut_weights(self) -> Array:
+        """Share of the sector in each of its nodes, held ones included: a half on both of its cuts."""
+        weights = np.ones(self.balloon.map.owned // 3)
+        weights[self._cuts] = 0.5
+        return weights
 
     @property
     def harmonics(self) -> range:
@@ -298,7 +306,7 @@ class GorePencil:
         self,
         sector: GoreSector,
         balloon: Balloon,
-        mass: str,
+        mass: Mass,
         scale: float,
         starts: dict[int, ComplexArray] | None = None,
     ) -> None:
@@ -311,7 +319,7 @@ class GorePencil:
         self.sector, self._scale = sector, scale
         self.own = loose.unknowns_of(balloon)
         self._K = sector.aligned(loose.tangent(self.own))
-        self._M = sector.aligned(_mass(sector, self.own, mass))
+        self._M = sector.aligned(mass_matrix(sector, self.own, mass).tocsr())
         self._condensed: Condensed | None = None
         self._starts = {} if starts is None else starts
         self.asymmetry = 0.0
@@ -422,16 +430,3 @@ class GorePencil:
         if None in counts:
             return None
         return sum(times * (count or 0) for times, count in zip(harmonics.values(), counts, strict=True))
-
-
-def _mass(sector: GoreSector, own: Any, kind: str) -> Any:
-    """The mass of the sector's unknowns; each node on a cut has half of the "nodal" identity."""
-    loose = sector.balloon
-    if kind == "unit":
-        return as_scipy(loose.mass(own))
-    w, dw, _ = loose.map.plate_parameters(loose.map.parameters(own))
-    J = as_scipy(loose.map.jacobian(w, dw))
-    pairs = ties(loose.V, loose.X, loose.surface, loose.axis)
-    weights = np.ones((loose.map.owned // 3, 3))
-    weights[np.concatenate([pairs.near, pairs.far])] = 0.5
-    return (J.T @ sp.diags(weights.ravel()) @ J).tocsr()

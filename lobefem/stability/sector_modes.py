@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import scipy.sparse as sp
 
 from lobefem.equilibrium.newton import revealing_pressure
+from lobefem.fem.balloon import Balloon
 from lobefem.files import on_all
 from lobefem.frozen import Frozen
 from lobefem.linalg.banded import HERMITIAN, as_scipy, asymmetry, lowest
 from lobefem.stability.cyclic import Sector, own_pairs
-from lobefem.typing import Comm, ComplexArray, Mass, Sparse, Vec
+from lobefem.typing import Array, Comm, ComplexArray, Mass, Sparse, Vec
 
 __all__ = ["SectorMode", "mass_matrix", "modes_of_harmonics"]
 
@@ -148,8 +149,17 @@ def _loaded(sector: Sector, q: Vec, K: Sparse) -> Any:
     return found
 
 
-def mass_matrix(sector: Sector, q: Vec, kind: Mass) -> Any:
-    """The mass of the sector's unknowns; each node on the cut has half of the "nodal" identity."""
+class _Cut(Protocol):
+    """A sector, as far as its mass goes."""
+
+    balloon: Balloon
+
+    def cut_weights(self) -> Array:
+        """Share of the sector in each of its nodes."""
+
+
+def mass_matrix(sector: _Cut, q: Vec, kind: Mass) -> Sparse:
+    """The mass of the sector's unknowns; each node on a cut has half of the "nodal" identity."""
     balloon = sector.balloon
     if kind == "unit":
         return as_scipy(balloon.mass(q))

@@ -1,6 +1,7 @@
 """What Taylor tests of energies, residuals and tangents share: a state, a direction, derivatives."""
 
 import numpy as np
+import pytest
 from states import cell_strains, kink_distance, nodes, unknowns, wavy
 
 from lobefem.model.tension_field import TensionField
@@ -64,3 +65,17 @@ def gradient_and_curvature(balloon, q, d):
     Kd = q.duplicate()
     balloon.tangent(q).mult(d, Kd)
     return r, Kd
+
+
+def assert_derivatives(balloon, q, d, h, energy=1e-6, residual=1e-6):
+    """Residual and tangent along d are central differences of energy and residual, to relative tolerances."""
+    r, Kd = gradient_and_curvature(balloon, q, d)
+    plus, minus = (balloon.energy(moved(q, sign * h, d))[0] for sign in (1, -1))
+    assert (plus - minus) / (2 * h) == pytest.approx(r.dot(d), rel=energy)
+    change, lower = q.duplicate(), q.duplicate()
+    balloon.residual(moved(q, h, d), change)
+    balloon.residual(moved(q, -h, d), lower)
+    change.axpy(-1, lower)
+    change.scale(1 / (2 * h))
+    change.axpy(-1, Kd)
+    assert change.norm() < residual * Kd.norm()
