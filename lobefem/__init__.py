@@ -60,11 +60,13 @@ if TYPE_CHECKING:
     )
     from lobefem.stability.perturbation import Perturbed, Point, perturb
     from lobefem.stability.relaxation import Released, release
+    from lobefem.stability.sensitivities import Adjoint, Sensitivity, critical_sensitivity
     from lobefem.stability.tracing import Trace, branches, trace
     from lobefem.viz.report import write_report
 
 _HOME = {
     "IMP": "model.imp",
+    "Adjoint": "stability.sensitivities",
     "Balloon": "fem.balloon",
     "Bend": "equilibrium.distortions",
     "Branch": "stability.branch_following",
@@ -106,6 +108,7 @@ _HOME = {
     "RunFolder": "io.run_folder",
     "SealedGas": "model.gas_pressure",
     "SelfContact": "model.self_contact",
+    "Sensitivity": "stability.sensitivities",
     "Surface": "geometry.surface",
     "TabulatedWidth": "geometry.gore",
     "TendonCurve": "geometry.tendon_curve",
@@ -119,6 +122,7 @@ _HOME = {
     "continuum_pressure": "stability.continuum",
     "critical_point": "stability.nonlinear_buckling",
     "critical_pressure": "stability.linear_buckling",
+    "critical_sensitivity": "stability.sensitivities",
     "cylinder": "geometry.stacks",
     "distort": "equilibrium.displacement_control",
     "fill": "equilibrium.sealed_gas",
@@ -149,6 +153,7 @@ _HOME = {
 
 __all__ = [
     "IMP",
+    "Adjoint",
     "Balloon",
     "Bend",
     "Branch",
@@ -190,6 +195,7 @@ __all__ = [
     "RunFolder",
     "SealedGas",
     "SelfContact",
+    "Sensitivity",
     "Surface",
     "TabulatedWidth",
     "TendonCurve",
@@ -204,6 +210,7 @@ __all__ = [
     "continuum_pressure",
     "critical_point",
     "critical_pressure",
+    "critical_sensitivity",
     "cylinder",
     "distort",
     "fill",

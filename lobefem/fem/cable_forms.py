@@ -8,7 +8,7 @@ edges there are nor their tags, and groups may share nodes and cells.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -53,6 +53,11 @@ class CableTerm:
     built_in: Any
     rest: Any = None
     bears: Any = None
+
+    def shortened(self, share: Expr) -> CableTerm:
+        """The same cable, at rest shorter by a share of its length, in UFL."""
+        left = (1 - (0 if self.rest is None else 2 * self.rest)) * (1 - share) ** 2
+        return replace(self, EA=self.EA / (1 - share) ** 3, rest=(1 - left) / 2)
 
     def strain(self, edge: Expr) -> Any:
         """Strain of the cable of that of its edge."""

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from lobefem.errors import InputError
-from lobefem.fem.cable_forms import CableForms
+from lobefem.fem.cable_forms import CableForms, CableTerm
 from lobefem.fem.discretization import Discretization
 from lobefem.fem.specification import Specification
 from lobefem.linalg import dolfinx_compat
@@ -93,18 +93,18 @@ class WeakForms:
             predicted += term.force(e - bend) * ufl.derivative(e, u, v) * term.measure
             self._strains.append(e)
         weight, up = parts.weight, ufl.dot(u, axis)
+        self._weighs = bool(weight.film)
         self._weight = [] if not weight.film else [number(weight.film) * area * up * dx]
-        if weight.cables:
-            for term in self.cable_forms.terms:  # of the length at rest
-                laid = ufl.conditional(ufl.gt(term.EA, 0), 1.0, 0.0)
-                length = laid if term.rest is None else laid * ufl.sqrt(1 - 2 * term.rest)
-                raised = up(term.side) if term.side else up
-                self._weight.append(number(weight.cables) * length * raised * term.measure)
+        self._rope, self._up = number(weight.cables) if weight.cables else None, up
+        if self._rope is not None:
+            self._weight += [self.rope_weight(term) * term.measure for term in self.cable_forms.terms]
         if extra is not None:
             self._weight.append(extra)
         self._volume = film_volume_change(u, X, self.frame) * dx
+        self._cables, self._film_energy = sum(cables), 0
         if self.has_energy:
-            self._elastic = sum(cables, area * film.energy(strain, number) * dx)
+            self._film_energy = area * film.energy(strain, number) * dx
+            self._elastic = sum(cables, self._film_energy)
         self._moment = None
         gas, level, rise = parts.load, number(fields.lowest + parts.load.level), number(parts.load.gradient)
         if gas.gradient:
@@ -136,7 +136,8 @@ class WeakForms:
                 held = film.secant(strain, ufl.derivative(strain, u, du), number)
                 moduli = ufl.inner(held, virtual) + ufl.inner(S, ufl.derivative(virtual, u, du))
                 self._iteration = ufl.derivative(residual, u, du) + area * moduli * dx
-            residual += area * ufl.inner(S, virtual) * dx
+            self._film_work = area * ufl.inner(S, virtual) * dx
+            residual += self._film_work
         self._residual, self._tangent = residual, ufl.derivative(residual, u, du)
 
     def number(self, value: Any) -> Any:
@@ -166,6 +167,44 @@ class WeakForms:
     def tangent_ufl(self) -> Any:
         """Its derivative in UFL."""
         return self._tangent
+
+    @property
+    def film_ufl(self) -> Any:
+        """The film's part of the nodal residual in UFL, proportional to E t."""
+        if self._film.by_stress:
+            return self._film_work
+        return ufl.derivative(self._film_energy, self.u, ufl.TestFunction(self.V))
+
+    @property
+    def cables_ufl(self) -> Any:
+        """Strain energy of the cables in UFL, proportional to EA; 0 without any."""
+        return self._cables
+
+    @property
+    def film_weight_ufl(self) -> Any:
+        """Potential of the film's dead weight in UFL, None of film without weight."""
+        return self._weight[0] if self._weighs else None
+
+    @property
+    def volume_ufl(self) -> Any:
+        """Change of the film's part of the enclosed volume in UFL."""
+        return self._volume
+
+    def rope_weight(self, term: CableTerm) -> Any:
+        """Potential of a cable's dead weight per drawn length in UFL [J/m], that of its length at rest."""
+        laid = ufl.conditional(ufl.gt(term.EA, 0), 1.0, 0.0)
+        length = laid if term.rest is None else laid * ufl.sqrt(1 - 2 * term.rest)
+        return self._rope * length * (self._up(term.side) if term.side else self._up)
+
+    @property
+    def has_rope_weight(self) -> bool:
+        """True if the cables have a weight."""
+        return self._rope is not None
+
+    def pull(self, term: CableTerm) -> Any:
+        """Force along a deformed cable in UFL [N]: second Piola tension times stretch."""
+        edge = edge_strain(self.u, self.mesh, term.side)
+        return term.force(term.strain(edge)) * ufl.sqrt(1 + 2 * edge)
 
     @cached_property
     def elastic(self) -> Any:

@@ -8,6 +8,7 @@ rotated, and its grid is its own mirror image.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -189,14 +190,34 @@ class PumpkinRecipe:
         Args:
             surface: made by this recipe.
         """
+        flat = self.gore.pattern(self.grid.s, self.grid.xi)
+        return self._on_gores(surface, flat, "pattern")
+
+    def widening(self, surface: Surface, growth: Callable[[Array], Array]) -> Any:
+        """The change of `pattern` as the flat gores grow wider: a direction for a derivative by it [m].
+
+        Args:
+            surface: made by this recipe.
+            growth: of the half-width [m] at shares of the tendon's length, 0 at the bottom (n,).
+        """
+        grid = self.grid
+        wider = np.asarray(growth(grid.s / self.gore.curve.arc_length), dtype=float)
+        if wider.shape != grid.s.shape or not np.isfinite(wider).all():
+            raise InputError(
+                f"growth returns {wider.shape} for {grid.s.shape} shares of a gore; return a finite "
+                "number of metres for each"
+            )
+        return self._on_gores(surface, np.stack([0 * wider, wider * grid.xi], axis=1), "widening")
+
+    def _on_gores(self, surface: Surface, flat: Array, name: str) -> Any:
+        """A function on each gore from its values at the nodes of one (n, 2)."""
         mesh, grid = surface.mesh, self.grid
         V = fem.functionspace(mesh, ("DG", self.order, (2,)))
-        pattern = fem.Function(V, name="pattern")
+        pattern = fem.Function(V, name=name)
         # cells keep the order of their nodes, which is that of the element's degrees of freedom
         cells = np.asarray(mesh.topology.original_cell_index) % len(grid.cells)
         nodes = grid.cells[cells]
-        flat = self.gore.pattern(grid.s, grid.xi)[nodes]
-        pattern.x.array.reshape(-1, 2)[V.dofmap.list.ravel()] = flat.reshape(-1, 2)
+        pattern.x.array.reshape(-1, 2)[V.dofmap.list.ravel()] = flat[nodes].reshape(-1, 2)
         return pattern
 
 

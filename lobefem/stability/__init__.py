@@ -35,9 +35,11 @@ if TYPE_CHECKING:
     from lobefem.stability.refinement import Trend, trend
     from lobefem.stability.relaxation import Released, release
     from lobefem.stability.sector_modes import SectorMode
+    from lobefem.stability.sensitivities import Adjoint, Sensitivity, critical_sensitivity
     from lobefem.stability.tracing import Trace, branches, trace
 
 _HOME = {
+    "Adjoint": "sensitivities",
     "Branch": "branch_following",
     "CriticalPoint": "nonlinear_buckling",
     "CriticalPressure": "linear_buckling",
@@ -54,6 +56,7 @@ _HOME = {
     "Released": "relaxation",
     "Sector": "cyclic",
     "SectorMode": "sector_modes",
+    "Sensitivity": "sensitivities",
     "Trace": "tracing",
     "Trend": "refinement",
     "branches": "tracing",
@@ -61,6 +64,7 @@ _HOME = {
     "critical_point": "nonlinear_buckling",
     "critical_pressure": "linear_buckling",
     "critical_pressures": "gore_buckling",
+    "critical_sensitivity": "sensitivities",
     "find_modes": "modes",
     "follow": "branch_following",
     "full_modes": "all_gores",
@@ -78,6 +82,7 @@ _HOME = {
 }
 
 __all__ = [
+    "Adjoint",
     "Branch",
     "CriticalPoint",
     "CriticalPressure",
@@ -94,6 +99,7 @@ __all__ = [
     "Released",
     "Sector",
     "SectorMode",
+    "Sensitivity",
     "Trace",
     "Trend",
     "branches",
@@ -101,6 +107,7 @@ __all__ = [
     "critical_point",
     "critical_pressure",
     "critical_pressures",
+    "critical_sensitivity",
     "find_modes",
     "follow",
     "full_modes",
