@@ -23,6 +23,7 @@ from lobefem.fem.discretization import Discretization
 from lobefem.fem.film_assembly import FilmAssembly
 from lobefem.fem.free_body import require_afloat, six_components
 from lobefem.fem.gas_access import GasAccess
+from lobefem.fem.own_components import further_energy, nodal_forces
 from lobefem.fem.plate_loads import PlateForces
 from lobefem.fem.prescribed_motion import PrescribedMotion
 from lobefem.fem.reduced_matrix import Product, Reduction, reduction
@@ -40,9 +41,8 @@ from lobefem.model.gas_pressure import film_volume
 from lobefem.model.kinematics import Frame
 from lobefem.model.self_contact import SelfContact
 from lobefem.profiling import timed
-from lobefem.typing import Array, Expr, Form, Indices, Mass, Vec
+from lobefem.typing import Array, Expr, Indices, Mass, Vec
 
-import ufl
 from dolfinx import fem
 
 __all__ = ["Balloon"]
@@ -55,8 +55,8 @@ class Balloon(GasAccess, Discretization, UflAccess, OnMesh, Summarized):
         surface: where the film lies (`lobefem.geometry.surface`).
         film: its law.
         components: at most one `GasPressure` (default "closed"), any number of `Cables` and `Fixed`, at
-            most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`; one
-            alone needs no brackets.
+            most one `EndPlates`, with moving ones at most one `PlateLoad`, at most one `SelfContact`; any
+            number of one's own (`lobefem.model.components.OwnComponent`); one alone needs no brackets.
         prestressed: build the lobe's own stress into the film, N_phi = p0 R0^2/(2 R) for an isotensoid
             (paper eq. 4), and the matching tension into the cables; p0 is the `prestress` of a state.
         hoop_slack: hoop slack s >= 0 of a film with built-in stress (strain); of one without it 0.
@@ -145,8 +145,10 @@ class Balloon(GasAccess, Discretization, UflAccess, OnMesh, Summarized):
             self._self_contact(parts.contact) if parts.contact is not None else None
         )
         self.dx = film_measure(given, self)
-        self.forms = WeakForms(given, self, self.dx, self._extra_energy())
-        self.assembly = FilmAssembly(self.forms, self.pressure, self.prestress, self.contact)
+        self.forms = WeakForms(given, self, self.dx, further_energy(given, self))
+        self.assembly = FilmAssembly(
+            self.forms, self.pressure, self.prestress, self.contact, nodal_forces(given, self)
+        )
         self._tangents: dict[int, Reduction | Product] = {}
         wanted = self.forms.area_of_film * fem.Constant(self.mesh, 1.0), film_volume(self.x, self.frame)
         form = together(self.mesh, *((f, self.dx) for f in wanted))
@@ -216,18 +218,6 @@ class Balloon(GasAccess, Discretization, UflAccess, OnMesh, Summarized):
     def prescribed(self) -> PrescribedMotion | None:
         """The prescribed motion of this balloon, if any."""
         return self.map.motion if isinstance(self.map.motion, PrescribedMotion) else None
-
-    def _extra_energy(self) -> Form | None:
-        """The further energy, checked."""
-        if self.extra_energy is None:
-            return None
-        form = self.extra_energy(self)
-        if not isinstance(form, ufl.Form) or form.arguments():
-            raise InputError(
-                f"extra_energy returns {type(form).__name__}; return an energy in UFL that is integrated, as "
-                "k / 2 * ufl.inner(balloon.u, balloon.u) * balloon.dx"
-            )
-        return form
 
     def _plate_forces(self, load: PlateLoad | None) -> PlateForces | None:
         if self.motion is not None:

@@ -28,12 +28,18 @@ class FilmAssembly:
         forms: the weak forms, with the displacement `u` in which they are evaluated.
         pressure, prestress: the loads that the forms hold [Pa].
         contact: the film's contact with itself, if any.
+        forces: constant forces at this rank's nodes, ghosts included (components,) [N].
     """
 
     def __init__(
-        self, forms: WeakForms, pressure: fem.Constant, prestress: fem.Constant, contact: Contact | None
+        self,
+        forms: WeakForms,
+        pressure: fem.Constant,
+        prestress: fem.Constant,
+        contact: Contact | None,
+        forces: Array | None = None,
     ) -> None:
-        self.forms, self.contact = forms, contact
+        self.forms, self.contact, self._forces = forms, contact, forces
         self._pressure, self._prestress = pressure, prestress
         self._comm = forms.mesh.comm
         self._residual_at: Array | None = None  # displacement and loads of the residual that is kept
@@ -67,6 +73,8 @@ class FilmAssembly:
         r = self._vector.assemble(self.forms.residual)
         if self.contact is not None:
             r += self.contact.gradient(u)
+        if self._forces is not None:
+            r -= self._forces[: r.size]
         self._residual_at = now
         return r
 
@@ -106,8 +114,13 @@ class FilmAssembly:
         return 0.0 if self.forms.moment is None else total(self.forms.mesh, self.forms.moment)
 
     def raised(self) -> float:
-        """Potential of the dead weight, 0 without one [J]. Collective."""
-        return 0.0 if self.forms.raised is None else total(self.forms.mesh, self.forms.raised)
+        """Potential of dead weight, further energies and nodal forces, 0 without any [J]. Collective."""
+        potential = 0.0 if self.forms.raised is None else total(self.forms.mesh, self.forms.raised)
+        if self._forces is not None:
+            own = self.forms.V.dofmap.index_map.size_local * self.forms.V.dofmap.index_map_bs
+            work = float(self._forces[:own] @ self.forms.u.x.array[:own])
+            potential -= self._comm.allreduce(work)
+        return potential
 
     def barrier(self) -> float:
         """Energy of the contact barrier, infinite where the film intersects itself [J]. Collective."""

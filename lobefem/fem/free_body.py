@@ -36,6 +36,7 @@ def require_afloat(given: Specification) -> None:
         "DeadWeight": parts.weight.film or parts.weight.cables,
         "a pressure gradient": parts.load.gradient,
         "an extra_energy": given.extra_energy,
+        "a component of your own": parts.own,
     }
     for name, reason in reasons.items():
         if reason:

@@ -12,6 +12,7 @@ from lobefem.faces import face
 
 if TYPE_CHECKING:
     from lobefem.model.cables import Cables, Hoops, Tendons
+    from lobefem.model.components import OwnComponent
     from lobefem.model.dead_weight import DeadWeight
     from lobefem.model.end_plates import EndPlates, PlateLoad
     from lobefem.model.film import Film, Isotropic
@@ -37,6 +38,7 @@ _HOME = {
     "GasPressure": "gas_pressure",
     "Hoops": "cables",
     "Isotropic": "film",
+    "OwnComponent": "components",
     "Orthotropic": "orthotropic",
     "OrthotropicTensionField": "orthotropic",
     "PlateLoad": "end_plates",
@@ -66,6 +68,7 @@ __all__ = [
     "Isotropic",
     "Orthotropic",
     "OrthotropicTensionField",
+    "OwnComponent",
     "PlateLoad",
     "PrescribedPath",
     "SealedGas",

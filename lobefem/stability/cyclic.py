@@ -65,9 +65,10 @@ def sector_balloon(balloon: Balloon) -> Balloon:
         raise InputError(
             "a single harmonic needs film that is the same everywhere; give numbers as E and thickness"
         )
-    if balloon.extra_energy is not None:
+    if balloon.extra_energy is not None or balloon.specification.parts.own:
+        what = "an extra_energy" if balloon.extra_energy is not None else "a component of your own"
         raise InputError(
-            "an extra_energy need not be the same in all sectors; leave it out, or look at all modes at once"
+            f"{what} need not be the same in all sectors; leave it out, or look at all modes at once"
         )
     if balloon.load_path is not None or any(isinstance(part, PlateLoad) for part in balloon.components):
         raise InputError("a single harmonic is of the shape as drawn; leave load_path and PlateLoad out")
