@@ -30,7 +30,7 @@ from lobefem.io.run_folder import RunFolder
 from lobefem.io.xdmf import Snapshot
 from lobefem.stability.branch_following import Branch
 from lobefem.stability.linear_buckling import CriticalPressure
-from lobefem.stability.modes import Modes
+from lobefem.stability.mode_records import Modes
 from lobefem.stability.nonlinear_buckling import CriticalPoint
 from lobefem.stability.tracing import branches
 from lobefem.terminal import console, is_terminal

@@ -50,7 +50,8 @@ if TYPE_CHECKING:
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
     from lobefem.stability.mesh_convergence import MeshStudy, mesh_study
-    from lobefem.stability.modes import Mode, Modes, find_modes
+    from lobefem.stability.mode_records import Mode, Modes
+    from lobefem.stability.modes import find_modes
     from lobefem.stability.nonlinear_buckling import CriticalPoint, critical_point
     from lobefem.stability.one_sided import (
         one_sided_charts,
@@ -92,8 +93,8 @@ _HOME = {
     "Isotensoid": "geometry.isotensoid",
     "Isotropic": "model.film",
     "MeshStudy": "stability.mesh_convergence",
-    "Mode": "stability.modes",
-    "Modes": "stability.modes",
+    "Mode": "stability.mode_records",
+    "Modes": "stability.mode_records",
     "NaturalCurve": "geometry.natural_curve",
     "NaturalShape": "geometry.natural_shape",
     "Orthotropic": "model.orthotropic",

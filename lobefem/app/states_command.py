@@ -22,7 +22,7 @@ from lobefem.version import __version__
 from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
 if TYPE_CHECKING:
-    from lobefem.stability.modes import Mode
+    from lobefem.stability.mode_records import Mode
     from lobefem.typing import Mass
 
 __all__ = [
@@ -250,7 +250,7 @@ def modes(
 def _branches(snapshots: list[Snapshot], mass: Mass) -> list[dict[str, Any]]:
     """The modes of different pressures as curves, likeness deciding which goes on as which. Collective."""
     from lobefem.stability.branch_following import follow
-    from lobefem.stability.modes import Modes
+    from lobefem.stability.mode_records import Modes
 
     sweep = {
         s.pressure: Modes(s.state, mass, True, 0.0, None, s.modes) for s in snapshots if s.state is not None

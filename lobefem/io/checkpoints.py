@@ -27,7 +27,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 if TYPE_CHECKING:
-    from lobefem.stability.modes import Mode
+    from lobefem.stability.mode_records import Mode
 
 __all__ = ["load_modes", "load_state", "save_modes", "save_state"]
 
@@ -159,7 +159,7 @@ def load_modes(path: str | Path, balloon: Balloon) -> tuple[Equilibrium, tuple[M
 
 def _rebuilt(balloon: Balloon, kept: Checkpoint) -> tuple[Equilibrium, tuple[Mode, ...], Mapping[str, Any]]:
     """State and modes from what was kept of them."""
-    from lobefem.stability.modes import Mode  # slow to import: inflate does without
+    from lobefem.stability.mode_records import Mode  # slow to import: inflate does without
 
     notes = kept.notes
     measured = {name: _tupled(value) for name, value in notes["state"].items()}

@@ -39,7 +39,7 @@ from lobefem.log import logger
 from lobefem.units import shown
 
 if TYPE_CHECKING:
-    from lobefem.stability.modes import Mode
+    from lobefem.stability.mode_records import Mode
 
 __all__ = ["RunFolder"]
 

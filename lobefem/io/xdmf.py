@@ -20,7 +20,7 @@ from dolfinx import fem
 from dolfinx.io import XDMFFile
 
 if TYPE_CHECKING:
-    from lobefem.stability.modes import Mode
+    from lobefem.stability.mode_records import Mode
 
 __all__ = ["Snapshot", "save_fields"]
 

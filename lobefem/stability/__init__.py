@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
     from lobefem.stability.mesh_convergence import MeshStudy, mesh_study
-    from lobefem.stability.modes import Mode, Modes, find_modes
+    from lobefem.stability.mode_records import Mode, Modes
+    from lobefem.stability.modes import find_modes
     from lobefem.stability.nonlinear_buckling import CriticalPoint, critical_point
     from lobefem.stability.one_sided import (
         OneSidedModes,
@@ -47,8 +48,8 @@ _HOME = {
     "GorePressures": "gore_buckling",
     "HarmonicPressures": "harmonic_buckling",
     "MeshStudy": "mesh_convergence",
-    "Mode": "modes",
-    "Modes": "modes",
+    "Mode": "mode_records",
+    "Modes": "mode_records",
     "OneSidedModes": "one_sided",
     "OneSidedPressures": "one_sided",
     "Perturbed": "perturbation",

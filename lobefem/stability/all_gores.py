@@ -12,7 +12,7 @@ from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.cyclic_symmetry import about_axis, images
 from lobefem.fem.functionals import largest
-from lobefem.stability.modes import Mode, Modes
+from lobefem.stability.mode_records import Mode, Modes
 
 __all__ = ["full_mode", "full_modes"]
 

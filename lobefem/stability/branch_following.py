@@ -20,7 +20,7 @@ from lobefem.frozen import Frozen
 from lobefem.typing import Array
 
 if TYPE_CHECKING:
-    from lobefem.stability.modes import Modes
+    from lobefem.stability.mode_records import Modes
 
 __all__ = ["Branch", "follow", "unclear"]
 

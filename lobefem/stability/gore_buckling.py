@@ -25,7 +25,8 @@ from lobefem.files import on_all
 from lobefem.frozen import Frozen
 from lobefem.progress import said
 from lobefem.stability.gore_modes import GorePencil, GoreSector
-from lobefem.stability.modes import Mode, find_modes
+from lobefem.stability.mode_records import Mode
+from lobefem.stability.modes import find_modes
 from lobefem.typing import ComplexArray
 
 from mpi4py import MPI

@@ -29,7 +29,8 @@ from lobefem.stability.harmonic_buckling import (
     solve_harmonics,
     stable_below,
 )
-from lobefem.stability.modes import Mode, check_request, make_mode
+from lobefem.stability.mode_records import Mode, make_mode
+from lobefem.stability.modes import check_request
 from lobefem.typing import Sparse
 
 from petsc4py import PETSc

@@ -10,37 +10,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from lobefem import checks
-from lobefem.display import Summarized, Summary
 from lobefem.equilibrium.newton import has_symmetric_stiffness
 from lobefem.equilibrium.operator import Operator
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
-from lobefem.fem.functionals import displacement_of, largest, stiffness_scale
-from lobefem.fem.rigid_motions import is_turn, num_turns
-from lobefem.frozen import Frozen
-from lobefem.geometry import gather
+from lobefem.fem.functionals import largest, stiffness_scale
+from lobefem.fem.rigid_motions import num_turns
 from lobefem.linalg import petsc
 from lobefem.linalg.slepc import Pair, distinct, order, refine, residual, run, solver, with_conjugates
 from lobefem.log import logger
 from lobefem.model.film import require_one_tangent
 from lobefem.outcomes import RIGID
 from lobefem.profiling import timed
-from lobefem.stability.fourier import cyclic_order, dominant, kind_of, spectrum
+from lobefem.stability.fourier import cyclic_order, kind_of
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.inertia import as_many, num_below, num_proved, shift_below, vary
-from lobefem.typing import Array, Mass, Vec
+from lobefem.stability.mode_records import NEUTRAL, Mode, Modes, is_rotation, make_mode
+from lobefem.typing import Mass, Vec
 
 from slepc4py import SLEPc
 
-__all__ = ["MASSES", "NEUTRAL", "Mode", "Modes", "check_request", "find_modes", "make_mode"]
+__all__ = ["MASSES", "check_request", "find_modes"]
 
 # runs of the eigensolver from random starts: where nothing proves that no copy is missing; at most, where
 # something does; and those in a row that bring nothing new, after which it is given up
@@ -49,134 +45,6 @@ _USUAL, _MOST, _IDLE = 3, 40, 3
 MASSES: tuple[str, ...] = get_args(Mass)
 
 PREFIX = "lobefem_modes_"
-
-# eigenvalues below this share of p/sqrt(A) are round-off
-NEUTRAL = 1e-6
-
-
-@dataclass(frozen=True)
-class Mode(Frozen):
-    """One eigenpair.
-
-    Attributes:
-        value: eigenvalue lambda [Pa/m with unit mass, N/m with nodal mass].
-        residual: ||K phi - lambda B phi||/||K phi||; 0 for a rigid rotation, whose vector is known.
-        harmonic: circumferential harmonic n, the one that was solved for or else the dominant one.
-        harmonics: that and all others with at least a tenth of the mode, strongest first.
-        kind: "sway", "twist", "global" or "local" (see `lobefem.stability.fourier.kind_of`), or "rigid
-            rotation".
-        displacement: this rank's nodal displacements of phi, ghosts included, (nodes, 3), real part,
-            largest nodal displacement 1. Of one sector, those of the first one: the j-th one's are
-            Re((real + i imag) e^{2 pi i n j/N}), rotated with it.
-        displacement_imag: imaginary part on the same scale; zero for a real eigenvalue of a whole balloon.
-        points: this rank's nodes as meshed, ghosts included, (nodes, 3) [m].
-    """
-
-    value: complex
-    residual: float
-    harmonic: int
-    harmonics: tuple[int, ...]
-    kind: str
-    displacement: Array = field(repr=False)
-    displacement_imag: Array = field(repr=False)
-    points: Array = field(repr=False)
-
-    def nodes(self) -> Array:
-        """This rank's nodes as meshed, in the order of `displacement`, ghosts included, (nodes, 3) [m]."""
-        return self.points
-
-    @property
-    def rigid(self) -> bool:
-        """True if the mode is a rigid rotation that the supports leave free."""
-        return self.kind == RIGID
-
-
-@dataclass(frozen=True, repr=False)
-class Modes(Summarized):
-    """The lowest modes of a state, sorted by the real part of lambda.
-
-    Attributes:
-        state: the state that they belong to.
-        mass: "unit" or "nodal".
-        symmetric: whether the tangent was found symmetric, and the Hermitian solver used.
-        asymmetry: max|K - K^T|/max|K|.
-        num_negative: eigenvalues below zero in the whole spectrum by the inertia of K, those of rigid
-            rotations left out; None where K is not symmetric or not all harmonics were looked at.
-        modes: the pairs. Among them, where supports leave some, are rigid rotations of the whole balloon.
-            Nothing resists these, in equilibrium their values are 0; in the held ideal geometry, which
-            balances up to discretisation, phi.K phi/phi.B phi shows the error. All other modes are those
-            of K on the motions that are orthogonal to them by mass.
-    """
-
-    state: Equilibrium = field(repr=False)
-    mass: Mass
-    symmetric: bool
-    asymmetry: float
-    num_negative: int | None
-    modes: tuple[Mode, ...]
-
-    @property
-    def values(self) -> npt.NDArray[np.complex128]:
-        """Eigenvalues (count,)."""
-        return np.array([m.value for m in self.modes])
-
-    @property
-    def stable(self) -> bool:
-        """True if all eigenvalues but those of rigid rotations have a positive real part."""
-        return self.lowest > 0
-
-    @property
-    def lowest(self) -> float:
-        """The lowest real part of an eigenvalue, those of rigid rotations left out."""
-        return min((m.value.real for m in self.modes if not m.rigid), default=math.inf)
-
-    def to_pyvista(self, index: int = 0) -> Any:
-        """The film with one mode as a PyVista grid on rank 0, None elsewhere. Collective.
-
-        Points are where the state's nodes are, in the order of `Mode.nodes` and `Mode.displacement`, those of
-        rank 0 first. Point data "mode" and "mode_imag" (largest length 1), and the state's "displacement"
-        [m]; cell data "lobe". `grid.warp_by_vector("mode", factor=0.3)` is the balloon as it moves. Rank 0
-        gathers all of it: see `lobefem.geometry.gather.gather` for what that takes.
-
-        Raises:
-            InputError: no such mode.
-        """
-        if not 0 <= index < len(self):
-            raise InputError(f"mode {index} is not there; choose from 0 to {len(self) - 1}")
-        balloon, mode = self.state.balloon, self[index]
-        fields = {
-            "displacement": self.state.displacement,
-            "mode": mode.displacement,
-            "mode_imag": mode.displacement_imag,
-        }
-        nodal = {name: gather.at_nodes(balloon.V, field) for name, field in fields.items()}
-        whole = gather.gather(balloon.mesh, nodal, {"lobe": balloon.surface.lobe_numbers()}, balloon.V)
-        if whole is None:
-            return None
-        grid = gather.to_pyvista(whole)
-        grid.points = whole.x + whole.nodal["displacement"]
-        grid.set_active_vectors("mode")
-        return grid
-
-    def _summary(self) -> Summary:
-        unit = "Pa/m" if self.mass == "unit" else "N/m"
-        rows = tuple(
-            (
-                f"{mode.kind}, n = {mode.harmonic}",
-                f"{mode.value.real:.6g}" + (f" {mode.value.imag:+.3g}i" if mode.value.imag else ""),
-                f"{mode.residual:.0e}",
-            )
-            for mode in self.modes
-        )
-        verdict = "stable" if self.stable else "unstable"
-        title = f"{len(self)} lowest at {self.state.pressure:g} Pa, {verdict}"
-        return Summary(title, rows, ("mode", f"eigenvalue [{unit}]", "residual"))
-
-    def __len__(self) -> int:
-        return len(self.modes)
-
-    def __getitem__(self, index: int) -> Mode:
-        return self.modes[index]
 
 
 @timed("eigensolver")
@@ -358,7 +226,7 @@ def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int,
             continue
         n, field = one.harmonic, sector.displacement(pencil.own, one.vector)
         field /= largest(balloon, field)
-        rigid = _turns(balloon, q, field.real, field.imag)
+        rigid = is_rotation(balloon, q, field.real, field.imag)
         kind = RIGID if rigid else kind_of(balloon, field, n)
         for turned in (field, -1j * field)[: sector.copies(n)]:
             parts = turned.real.copy(), turned.imag.copy()
@@ -427,41 +295,3 @@ def _paired(sectors: int, pairs: list[Pair], modes: Sequence[Mode], shift: float
         if len(near) < 2 and 2 * mode.harmonic % sectors:
             return False
     return True
-
-
-def _turns(balloon: Balloon, q: Vec, real: Array, imag: Array) -> bool:
-    """True if nodal displacements are those of a rigid rotation that the supports leave. Collective."""
-    if not num_turns(balloon):
-        return False
-    balloon.set_unknowns(q)
-    displacement = balloon.u.x.array.reshape(-1, 3)
-    return all(is_turn(balloon, displacement, part) for part in (real, imag) if largest(balloon, part))
-
-
-def make_mode(balloon: Balloon, q: Vec, pair: Pair, error: float, harmonic: int | None = None) -> Mode:
-    """The `Mode` of an eigenvector in q. Collective.
-
-    Args:
-        balloon: whose.
-        q: the state.
-        pair: eigenvalue and vector.
-        error: relative residual.
-        harmonic: that of which it is a mode; None where its shape has to tell.
-    """
-    real, imag = displacement_of(balloon, q, pair.x), displacement_of(balloon, q, pair.y)
-    scale = largest(balloon, real + 1j * imag)
-    real /= scale
-    imag /= scale
-    power = spectrum(balloon, real, imag)
-    strongest = dominant(power)
-    n = strongest[0] if harmonic is None else harmonic
-    return Mode(
-        value=pair.value,
-        residual=error,
-        harmonic=n,
-        harmonics=(n, *(k for k in strongest if k != n and power[k] >= 0.1)),
-        kind=RIGID if _turns(balloon, q, real, imag) else kind_of(balloon, real + 1j * imag, n),
-        displacement=real,
-        displacement_imag=imag,
-        points=balloon.X,
-    )

@@ -23,7 +23,8 @@ from lobefem.fem.rigid_motions import num_turns
 from lobefem.linalg import petsc
 from lobefem.stability.branch_following import follow
 from lobefem.stability.free_rotations import FreeRotations
-from lobefem.stability.modes import Mode, Modes, find_modes
+from lobefem.stability.mode_records import Mode, Modes
+from lobefem.stability.modes import find_modes
 from lobefem.stability.tracing import _check_state, _state
 from lobefem.typing import Array, Mat, StateKind, Vec
 from lobefem.units import pascals

@@ -45,7 +45,8 @@ from lobefem.model.film import Film
 from lobefem.progress import part
 from lobefem.stability.harmonic_buckling import HarmonicPressures, Row, harmonic_pressures, pressure_limit
 from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
-from lobefem.stability.modes import Modes, check_request, find_modes
+from lobefem.stability.mode_records import Modes
+from lobefem.stability.modes import check_request, find_modes
 from lobefem.typing import Comm, Mass
 
 __all__ = [

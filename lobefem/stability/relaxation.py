@@ -23,7 +23,8 @@ from lobefem.fem.rigid_motions import distance_of, num_turns
 from lobefem.log import logger
 from lobefem.model.film import require_energy
 from lobefem.outcomes import UNKNOWN
-from lobefem.stability.modes import NEUTRAL, Modes, find_modes
+from lobefem.stability.mode_records import NEUTRAL, Modes
+from lobefem.stability.modes import find_modes
 from lobefem.typing import Array
 
 __all__ = ["DISTORTED", "NO_EQUILIBRIUM", "RETURNED", "Released", "release"]

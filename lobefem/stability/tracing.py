@@ -24,7 +24,8 @@ from lobefem.stability.branch_following import Branch, follow, unclear
 from lobefem.stability.cyclic import Sector, own_pairs
 from lobefem.stability.fourier import kind_of
 from lobefem.stability.harmonic_buckling import sector_pencil
-from lobefem.stability.modes import Modes, check_request, find_modes
+from lobefem.stability.mode_records import Modes
+from lobefem.stability.modes import check_request, find_modes
 from lobefem.stability.sector_modes import mass_matrix
 from lobefem.typing import Array, ComplexArray, Mass, StateKind
 

@@ -23,7 +23,7 @@ from lobefem.viz.views import Panel, blank, paint, window
 if TYPE_CHECKING:
     from lobefem.stability.branch_following import Branch
     from lobefem.stability.linear_buckling import CriticalPressure
-    from lobefem.stability.modes import Mode, Modes
+    from lobefem.stability.mode_records import Mode, Modes
     from lobefem.stability.nonlinear_buckling import CriticalPoint
 
 __all__ = [

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lobefem.stability.modes import Modes
+from lobefem.stability.mode_records import Modes
 from lobefem.viz.film_mesh import facing, gather
 from lobefem.viz.mode_figures import chosen_modes, drawn_amplitude
 

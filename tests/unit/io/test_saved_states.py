@@ -23,7 +23,8 @@ from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.stability.harmonic_buckling import HarmonicPressures
-from lobefem.stability.modes import Mode, find_modes
+from lobefem.stability.mode_records import Mode
+from lobefem.stability.modes import find_modes
 from lobefem.stability.perturbation import Point, perturb
 
 

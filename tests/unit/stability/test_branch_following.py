@@ -8,7 +8,7 @@ from lobefem import EndPlates, FixedWrinkles, Hoops, find_modes, ideal_state, lo
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.fem.balloon import Balloon
 from lobefem.stability.branch_following import follow, unclear
-from lobefem.stability.modes import Mode, Modes
+from lobefem.stability.mode_records import Mode, Modes
 
 
 @pytest.fixture(scope="module")

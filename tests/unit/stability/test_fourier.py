@@ -18,7 +18,8 @@ from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.stability.fourier import dominant, kind_of, spectrum
 from lobefem.stability.linear_buckling import critical_pressure
-from lobefem.stability.modes import find_modes, make_mode
+from lobefem.stability.mode_records import make_mode
+from lobefem.stability.modes import find_modes
 
 from mpi4py import MPI
 
