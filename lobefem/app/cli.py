@@ -198,6 +198,37 @@ def harmonics(
 
 @app.command(
     epilog=_examples(
+        "lobefem sensitivities meshes/pumpkin.toml --harmonic 4",
+        "lobefem sensitivities meshes/pumpkin.toml --harmonic 4 --pressure '200 Pa' --out run --report",
+    )
+)
+@options.sharing(options.DESIGN, options.OUTPUT)
+def sensitivities(
+    context: typer.Context,
+    design: options.DesignFile,
+    harmonic: options.Harmonic = None,
+    pressure: options.OnePressure = None,
+    limit: options.Limit = None,
+    petsc: options.Petsc = None,
+) -> None:
+    """Find what makes a pumpkin more stable: the effect of each parameter on stability, stress and volume."""
+    if harmonic is None:
+        raise InputError(
+            "sensitivities are those of one harmonic; give it, --harmonic 4 say, and try its neighbours"
+        )
+    number = parsing.integer("--harmonic", harmonic, 0)
+    highest = None if limit is None else parsing.pressure("--limit", limit)
+
+    def study(plan: Design, **run: Any) -> Outcome:
+        from lobefem.app.sensitivities_command import sensitivities as look
+
+        return look(plan, harmonic=number, limit=highest, **run)
+
+    run_task(context, study)
+
+
+@app.command(
+    epilog=_examples(
         "lobefem perturb meshes/stack4.toml --film tension-field --pressure 5 --bend 7.5 --release --out run",
         "lobefem perturb meshes/stack5.toml --tip-displacement 0.7 --json -",
     )

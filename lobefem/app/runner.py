@@ -25,7 +25,7 @@ __all__ = ["Interrupted", "loudness", "one_line", "run_task"]
 
 _MOST = 600  # letters of a sentence
 
-_OF_PUMPKINS = ("inflate", "gores")
+_OF_PUMPKINS = ("inflate", "gores", "sensitivities")
 
 
 class Interrupted(Exception):  # noqa: N818  no error

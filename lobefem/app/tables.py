@@ -10,6 +10,7 @@ from typing import Any
 from lobefem.terminal import console
 from lobefem.units import pascals, scaled
 from lobefem.viz.assumptions import assumptions
+from lobefem.viz.sensitivity_table import sensitivity_table
 from lobefem.viz.verdict import verdict
 
 __all__ = ["printable", "show", "show_findings", "show_profile", "show_rows"]
@@ -26,6 +27,7 @@ def show(results: dict[str, Any]) -> None:
         "harmonics": _harmonics_table,
         "mesh-study": _study_table,
         "perturb": _perturb_table,
+        "sensitivities": _sensitivities_table,
     }
     screen.print(_caption(results))
     screen.print(table[results["command"]](results))
@@ -45,6 +47,8 @@ def _caption(results: dict[str, Any]) -> str:
     elif results["command"] == "perturb":
         title = f"{results['distortion']} of {results['parameter']:g} {results['unit']}".capitalize()
         title += f" at {pascals(results['pressure'])}, {results['outcome']}"
+    elif results["command"] == "sensitivities":
+        title = f"Sensitivities at {pascals(results['pressure'])}, n = {results['harmonic']}"
     elif results["command"] == "mesh-study":
         title = "Critical pressures under refinement, ideal state"
     else:
@@ -109,6 +113,13 @@ def _inflate_table(results: dict[str, Any]) -> Any:
     for name, of, unit in (("tendon tension", tension, "N"), ("bulge half angle", angles, "degrees")):
         text = ", ".join(scaled(value, unit) for value in (of[0], of[len(of) // 2], of[-1]))
         table.add_row(f"{name}, bottom middle top", text)
+    return table
+
+
+def _sensitivities_table(results: dict[str, Any]) -> Any:
+    table = _table(*sensitivity_table(results)[0])
+    for row in sensitivity_table(results)[1]:
+        table.add_row(*row)
     return table
 
 

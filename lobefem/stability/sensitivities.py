@@ -119,12 +119,14 @@ class Adjoint:
         state: of one sector.
 
     Raises:
-        InputError: a whole balloon, or built-in stress, a load path or contact.
+        InputError: a whole balloon, or built-in stress, a load path, contact or a sealed gas.
     """
 
     def __init__(self, state: Equilibrium) -> None:
         checks.having("state", state, "balloon", "a state of one gore, from inflate")
         self._sector = GoreSector(state.balloon)
+        if state.balloon.gas is not None:
+            raise InputError("sensitivities are those at a given pressure; leave the sealed gas out")
         self.state = state
         self._balloon, self._copies = state.balloon, state.balloon.surface.copies
         self._forms = ParameterForms(state.balloon)

@@ -50,6 +50,7 @@ _COMMANDS = {
     "mesh-study": "Critical pressure under mesh refinement",
     "perturb": "Distortion and release",
     "sweep": "Sweep",
+    "sensitivities": "What makes the balloon more stable",
 }
 
 
@@ -159,7 +160,12 @@ def _part(run: Run, name: str, room: int) -> _Part:
     pictures, left = made("Modes", report_shapes.mode_pictures) or ([], 0)
     scene, views_left = made("Shapes in 3D", partial(report_shapes.scene, room=room)) or (None, 0)
     more = f"Drawn are the highest pressures' modes; {left} more are in fields.xdmf." if left else ""
-    makers = (report_tables.pressures, report_tables.modes, report_tables.sweep)
+    makers = (
+        report_tables.pressures,
+        report_tables.modes,
+        report_tables.sweep,
+        report_tables.sensitivities,
+    )
     tables = [made("Results", make) for make in makers]
     curves = made("Eigenvalues", report_charts.eigenvalues)
     chart = made("Harmonics", report_charts.harmonics)

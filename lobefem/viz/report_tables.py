@@ -10,6 +10,7 @@ from typing import Any
 from lobefem.io import result_keys
 from lobefem.io.run_reader import Run
 from lobefem.units import scaled
+from lobefem.viz.sensitivity_table import sensitivity_table
 from lobefem.viz.style import UNITS
 
 __all__ = [
@@ -91,6 +92,13 @@ def numbers(run: Run) -> Table:
     keys = ["error", "outcome", "reason", *(key for keys in result_keys.COMMANDS.values() for key in keys)]
     ordered = dict.fromkeys([*(key for key in keys if key in found), *found])
     return _told(run.results, "Numbers of this run", [key for key in ordered if key not in _CONVERGENCE])
+
+
+def sensitivities(run: Run) -> Table | None:
+    """The effect of each parameter of a pumpkin, those that count most for its stability first."""
+    if not run.results.get("parameters"):
+        return None
+    return Table("What makes this balloon more stable", *sensitivity_table(run.results))
 
 
 def _singles(results: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

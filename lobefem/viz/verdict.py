@@ -50,6 +50,7 @@ def verdict(results: Results) -> list[str]:
         "stability": _critical,  # of the demo
         "mesh-study": _study,
         "perturb": _perturb,
+        "sensitivities": _sensitivities,
     }.get(str(results.get("command")))
     if make is None or results.get("error"):
         return []
@@ -109,6 +110,27 @@ def _inflate(results: Results) -> list[str]:
     if "gores" not in results:  # no command computes the modes of a pumpkin
         found += " Run lobefem modes to check its stability."
     return [found, *_bears(results)]
+
+
+def _sensitivities(results: Results) -> list[str]:
+    """What does most for the stability of a pumpkin."""
+    rows = results.get("parameters")
+    if not isinstance(rows, list) or not rows:
+        return []
+    critical = _is_pressure(results.get("critical_pressure"))
+    key, what = (
+        ("critical_pressure", "critical pressure") if critical else ("eigenvalue", "lowest eigenvalue")
+    )
+    steps = [row for row in rows if row["name"] != "pressure" and row["changes"].get(key)]
+    if not steps:
+        return []
+    first = steps[0]
+    way = "raises" if first["changes"][key] > 0 else "lowers"
+    unit = "Pa" if critical else "Pa/m"
+    return [
+        f"Of these changes that of the {first['name']}, {first['step']}, does most: it {way} the {what} of "
+        f"n = {results.get('harmonic')} by {abs(first['changes'][key]):.3g} {unit}."
+    ]
 
 
 # --- critical pressures -------------------------------------------------------------------------

@@ -25,6 +25,7 @@ RUNS = [
     ("critical", SINGLE, "--divisions", "4x8", "--state", "inflated", "--limit", "10"),
     ("critical", SINGLE, "--mesh-study", "--meshes", "4x12,4x14,4x16"),
     ("harmonics", SINGLE, "--divisions", "4x8", *TENSION),
+    ("sensitivities", PUMPKIN, "--divisions", "8x2", "--set", "shape.gores=96", "--harmonic", "4"),
     ("perturb", STACK, "--divisions", "4x6", "--lobes", "2", "--film", "tension-field", "--load", "closed",
      "--pressure", "5", "--tip-displacement", "0.01", "--steps", "1", "--no-contact"),
 ]  # fmt: skip

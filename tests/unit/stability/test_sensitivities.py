@@ -7,6 +7,7 @@ import pytest
 from builders import isotensoid_pumpkin as pumpkin
 
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.sealed_gas import seal
 from lobefem.errors import InputError
 from lobefem.geometry.gore import ConstantAngle, Gore
 from lobefem.geometry.pumpkin import PumpkinRecipe
@@ -179,6 +180,8 @@ def test_misuse():
         volume.along(np.zeros(3))
     with pytest.raises(InputError, match=r"has \d+ unknowns, not \d+; mesh all alike"):
         volume.between(pumpkin(divisions=(6, 2)), one)
+    with pytest.raises(InputError, match="leave the sealed gas out"):
+        Adjoint(seal(state, 1e5))
     flat = pumpkin(divisions=(4, 2), flat=True)
     with pytest.raises(InputError, match="the direction has 3 numbers and the pattern"):
         Adjoint(inflate(flat, 100.0)).volume().along(np.zeros(3))
