@@ -19,6 +19,10 @@ from typing import Any
 import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
+from command import exit_code, pair, parser, speaker
+from paper_words import CASES, Row, compare
+from stability import PUBLISHED, curve_numbers, design
+
 from lobefem import CriticalPoint, CriticalPressure, critical_point, critical_pressure, trace
 from lobefem.files import save_json
 from lobefem.stability.branch_following import Branch
@@ -26,11 +30,6 @@ from lobefem.stability.tracing import branches
 from lobefem.viz.mode_figures import eigenvalue_curves
 
 from mpi4py import MPI
-
-sys.path.insert(0, str(Path(__file__).parent))
-from command import exit_code, pair, parser, speaker
-from paper_words import CASES, Row, compare
-from stability import PUBLISHED, curve_numbers, design
 
 STATES = ("held", "inflated")
 FIGURES = dict(zip(CASES, (13, 17, 15, 19), strict=True))

@@ -20,9 +20,11 @@ import numpy.typing as npt
 import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
+from command import exit_code, pair, parser
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from paper_words import Row, to_markdown
 
 from lobefem import (
     Balloon,
@@ -45,10 +47,6 @@ from lobefem.equilibrium.form_finding import row_means
 from lobefem.files import save_json
 
 from mpi4py import MPI
-
-sys.path.insert(0, str(Path(__file__).parent))
-from command import exit_code, pair, parser
-from paper_words import Row, to_markdown
 
 Array = npt.NDArray[np.float64]
 

@@ -30,6 +30,7 @@ from lobefem.geometry.pumpkin import PumpkinRecipe
 from lobefem.geometry.pumpkin_curve import PumpkinCurve
 from lobefem.model.cables import Tendons
 from lobefem.stability import GorePressures, critical_pressures, full_modes
+from lobefem.stability.refinement import Trend, trend
 from lobefem.viz.rendering import can_render, render_modes
 
 from mpi4py import MPI
@@ -58,11 +59,10 @@ def meshes(divisions: Sequence[int]) -> list[tuple[int, int]]:
     return [(along * k // 4, across * k // 4) for k in (2, 3, 4)]
 
 
-def limit(divisions: Sequence[tuple[int, int]], pressures: Sequence[float]) -> float:
-    """The pressure at a size of zero [Pa], of the line through the last two over the size's square."""
-    square = [1 / along**2 for along, _ in divisions]
-    slope = (pressures[-2] - pressures[-1]) / (square[-2] - square[-1])
-    return pressures[-1] - slope * square[-1]
+def limit(divisions: Sequence[tuple[int, int]], pressures: Sequence[float | None]) -> Trend:
+    """The pressure at a mesh size of zero, with its order and its error."""
+    sizes = [1 / along for along, _ in divisions]
+    return trend(sizes, [math.inf if p is None else p for p in pressures], highest=4.0)
 
 
 def search(gores: int, divisions: tuple[int, int], near: float) -> GorePressures:
@@ -87,13 +87,14 @@ def run(
         near = 804.0 * (count / 96) ** -4.3
         searched = [search(count, size, near) for size in sizes]
         pressures = [one.pressure for one in searched]
-        complete = [p for p in pressures if p is not None]
+        found_limit = limit(sizes, pressures)
         rows.append(
             {
                 "gores": count,
                 "harmonic": searched[-1].harmonic,
                 "pressures": pressures,
-                "limit": limit(sizes, complete) if len(complete) == len(sizes) else None,
+                "limit": found_limit.limit if found_limit.behaviour == "converges" else None,
+                "error": found_limit.error if found_limit.behaviour == "converges" else None,
                 "elsewhere": ELSEWHERE.get(count),
             }
         )
@@ -125,13 +126,15 @@ def to_markdown(numbers: dict[str, Any]) -> str:
     lines = [
         "Lowest critical pressure [Pa]; quadratic quadrilaterals along and across a gore.",
         "",
-        f"| gores | n | {' | '.join(sizes)} | limit | another program's limit |",
-        "|" + "---|" * (len(sizes) + 4),
+        f"| gores | n | {' | '.join(sizes)} | limit | error | another program's limit |",
+        "|" + "---|" * (len(sizes) + 5),
     ]
     for row in numbers["balloons"]:
-        cells = [*row["pressures"], row["limit"], row["elsewhere"]]
-        said = " | ".join("" if p is None else f"{p:.4g}" for p in cells)
-        lines.append(f"| {row['gores']} | {row['harmonic']} | {said} |")
+        *shown, other = (
+            "" if p is None else f"{p:.4g}" for p in (*row["pressures"], row["limit"], row["elsewhere"])
+        )
+        error = "" if row["error"] is None else f"{100 * row['error']:.1f} %"
+        lines.append(f"| {row['gores']} | {row['harmonic']} | {' | '.join([*shown, error, other])} |")
     if numbers["exponents"]:
         powers = ", ".join(f"{power:.2f}" for power in numbers["exponents"])
         lines += [

@@ -21,6 +21,9 @@ from typing import Any
 import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
+from command import exit_code, folder, pair, parser, speaker
+from paper_words import CASES, Row, beside_the_paper, compare, to_markdown
+
 from lobefem import critical_pressure, find_modes, ideal_state
 from lobefem.app.states_command import mode_data
 from lobefem.app.states_command import summary as origin
@@ -40,10 +43,6 @@ from lobefem.viz.report import TABLES, write_report
 from lobefem.viz.verdict import FIXED_WRINKLES
 
 from mpi4py import MPI
-
-sys.path.insert(0, str(Path(__file__).parent))
-from command import exit_code, folder, pair, parser, speaker
-from paper_words import CASES, Row, beside_the_paper, compare, to_markdown
 
 PRESSURES = (50.0, *(500.0 * k for k in range(1, 13)))
 AROUND = (24, 32, 36, 40, 48)  # divisions of the mesh study

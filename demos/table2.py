@@ -27,6 +27,8 @@ import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 import numpy as np
+from command import exit_code, folder, pair, parser, speaker
+from table2_shown import STEP, bends, landscape, middle, words
 
 from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
 from lobefem.equilibrium.displacement_control import release_start
@@ -42,10 +44,6 @@ from lobefem.viz.contours import horizontal_displacements
 from lobefem.viz.study_figures import perturbation
 
 from mpi4py import MPI
-
-sys.path.insert(0, str(Path(__file__).parent))
-from command import exit_code, folder, pair, parser, speaker
-from table2_shown import STEP, bends, landscape, middle, words
 
 LOBES, PRESSURE = 4, 5.0
 LOADS, SUPPORTS, ANGLES = ("film", "closed"), ("clamped", "pinned"), (7.5, 15.0)

@@ -51,6 +51,9 @@ def borrowed(path: str) -> Any:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # dataclasses look there
+    beside = str((ROOT / path).parent)
+    if beside not in sys.path:  # a script finds what lies beside it
+        sys.path.append(beside)
     spec.loader.exec_module(module)
     return module
 

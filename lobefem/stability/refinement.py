@@ -24,7 +24,9 @@ __all__ = ["Trend", "trend"]
 
 _ORDER = 2.0  # of eigenvalues and critical pressures on linear cells, and of smooth solutions
 
-_ASYMPTOTIC = (0.5, 2.5)  # observed orders of meshes that follow the law; a kink of the shape leaves 1
+_LOWEST = 0.5  # observed order of meshes that follow the law; a kink of the shape leaves 1
+
+_BEYOND = 0.5  # by which an observed order may exceed the highest one
 
 _SAFETY = 3.0  # on the error bar where they do not
 
@@ -50,7 +52,8 @@ class Trend:
         order: q of that fit, or of v = C h^q where it falls; nan where there is none.
         uncertainty: of a limit, by what a fit to the finest four gives; else nan.
         error: half the width of the error bar about the limit over its size; nan without a limit.
-        asymptotic: True where the finest three meshes follow such a law with an order from 0.5 to 2.5.
+        asymptotic: True where the finest three meshes follow such a law with an order from 0.5 to half above
+            the highest one.
     """
 
     values: tuple[float, ...]
@@ -62,13 +65,16 @@ class Trend:
     asymptotic: bool = False
 
 
-def trend(h: Sequence[float], values: Sequence[float], *, signed: bool = False) -> Trend:
+def trend(
+    h: Sequence[float], values: Sequence[float], *, signed: bool = False, highest: float = _ORDER
+) -> Trend:
     """Fit v = limit + C h^q to the values on the finest meshes, and judge the fit.
 
     Args:
         h: mesh sizes in any unit, from coarse to fine; their ratio need not be constant.
         values: one for each, inf where there is none. Fewer than three leave it open.
         signed: True for what may be negative, an eigenvalue for example; else a value of 0 is a fall.
+        highest: order that the cells can show; 4 for the eigenvalues of quadratic ones.
 
     Raises:
         InputError: sizes that do not fall from mesh to mesh.
@@ -93,8 +99,8 @@ def trend(h: Sequence[float], values: Sequence[float], *, signed: bool = False) 
         return Trend(all_values, "converges", float(v[-1]), error=swing)
     if misfit < _MISFIT and abs(v[-1] - limit) <= _NEAR * abs(limit):
         uncertainty = abs(limit - wide_limit) if len(v) > 3 else math.nan
-        asymptotic = before * last > 0 and _ASYMPTOTIC[0] <= order <= _ASYMPTOTIC[1]
-        away = abs(last) / ((sizes[-2] / sizes[-1]) ** min(order, _ORDER) - 1)
+        asymptotic = before * last > 0 and _LOWEST <= order <= highest + _BEYOND
+        away = abs(last) / ((sizes[-2] / sizes[-1]) ** min(order, highest) - 1)
         error = max(away, abs(v[-1] - limit)) * (1.0 if asymptotic else _SAFETY)
         if len(v) > 3:
             error = max(error, uncertainty)

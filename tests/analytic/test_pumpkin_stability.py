@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arcs import Arcs, critical_lobes
 from builders import isotensoid_pumpkin as pumpkin
 
 from lobefem.equilibrium.inflation import inflate
@@ -18,6 +19,7 @@ from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.stability.gore_buckling import critical_pressures
 from lobefem.stability.modes import find_modes
+from lobefem.stability.refinement import trend
 
 
 # other programs' values: quadratic quadrilaterals of 64 x 8 cells, linear triangles of these
@@ -37,6 +39,27 @@ def test_critical_pressure_of_tension_field_film(gores, cell, order, divisions, 
     assert found.harmonic == 3
     assert found.pressure == pytest.approx(expected, rel=share)
     assert found.point == "bifurcation"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("gores", "expected"), [(96, 804.0), (160, 88.0)])
+@pytest.mark.parametrize(
+    ("cell", "order", "meshes"),
+    [
+        ("quadrilateral", 2, ((24, 4), (36, 6), (48, 8))),
+        ("quadrilateral", 1, ((48, 8), (72, 12), (96, 16))),
+        ("triangle", 1, ((48, 8), (72, 12), (96, 16))),
+    ],
+)
+def test_all_cells_have_the_same_limit(gores, expected, cell, order, meshes):
+    """The limit of another program's linear triangles of up to 192 x 32 cells a gore."""
+    found = []
+    for mesh in meshes:
+        balloon = pumpkin(gores, mesh, cell, order)
+        found.append(critical_pressures(balloon, [3], up_to=1.6 * expected, start=0.8 * expected).pressure)
+    limit = trend([1 / along for along, _ in meshes], found, highest=2.0 * order)
+    assert limit.limit == pytest.approx(expected, rel=0.015)
+    assert abs(limit.limit / expected - 1) < limit.error
 
 
 def fibres(gores, angle, divisions=(32, 8), pressure=1.0):
@@ -72,6 +95,30 @@ def test_critical_number_of_lobes_of_hoop_fibres(angle, low, high, arcs, quadrat
     critical = np.interp(0.0, lowest[::-1], [high, low])
     assert arcs < critical < 1.04 * arcs
     assert critical == pytest.approx(quadratic, rel=0.006)
+
+
+def test_exact_arcs_have_the_published_numbers():
+    """Equilibrium of 64 lobes of 60 degrees, and the number of lobes at which m = 4 becomes unstable."""
+    arcs = Arcs(64, math.radians(60))
+    tension = arcs.tensions()
+    assert tension.max() == pytest.approx(1.028, abs=0.001)
+    assert tension[[0, -1]] == pytest.approx(0.959, abs=0.002)
+    assert arcs.x[:, 0].max() == pytest.approx(0.995, abs=0.0005)
+    assert 1.212 < arcs.x[-1, 2] < 1.219
+    assert arcs.lowest(4) < min(arcs.lowest(m) for m in (2, 3, 5, 6))
+    # on 31 and 61 stations 60.94 and 60.54
+    assert critical_lobes(math.radians(60), 61, stations=31) == pytest.approx(60.9, rel=0.01)
+
+
+@pytest.mark.slow
+def test_critical_number_of_lobes_of_exact_arcs():
+    """50 degrees, which no one else has computed: film of hoop fibres beside arcs between tendons."""
+    arcs = critical_lobes(math.radians(50), 88, stations=31)
+    numbers = (86, 94)
+    lowest = [find_modes(fibres(gores, 50.0), 1, harmonics=[4]).lowest for gores in numbers]
+    critical = np.interp(0.0, lowest[::-1], numbers[::-1])
+    assert numbers[0] < critical < numbers[1]
+    assert critical == pytest.approx(arcs, rel=0.04)
 
 
 def test_hoop_fibres_have_the_independent_eigenvalue():

@@ -28,10 +28,12 @@ def test_demo_writes_chart_table_and_picture(shared_path):
     assert demo.can_render() == (shared_path / "mode.png").exists()
 
 
-def test_limit_is_of_second_order_and_meshes_nest():
+def test_limit_has_an_order_and_meshes_nest():
     demo = load("pumpkin")
     sizes = demo.meshes((48, 8))
     assert sizes == [(24, 4), (36, 6), (48, 8)]
-    assert demo.limit(sizes, [5 + 900 / along**2 for along, _ in sizes]) == pytest.approx(5)
+    found = demo.limit(sizes, [5 + 9000 / along**3 for along, _ in sizes])
+    assert (found.limit, found.order) == (pytest.approx(5), pytest.approx(3))
+    assert demo.limit(sizes, [5.0, None, None]).behaviour == "open"
     with pytest.raises(argparse.ArgumentTypeError, match="30x8: give multiples of four"):
         demo.meshes((30, 8))
