@@ -21,6 +21,8 @@ def main() -> int:
     gc.disable()
     # typer is built on pydantic, which looks for plugins in the metadata of all packages there are
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    # small matrices by the thousand: threads of BLAS would only wait for each other
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     from lobefem.app import cli
 
     return cli.main()

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -27,6 +27,7 @@ __all__ = [
     "require_writable",
     "reserve",
     "save_json",
+    "share_of",
     "to_json",
 ]
 
@@ -165,3 +166,9 @@ def on_all[T](comm: Comm, action: Callable[[], T]) -> list[T]:
         if failure is not None:
             raise failure
     return [part for part, _ in parts]
+
+
+def share_of[T](items: Sequence[T], comm: Comm) -> list[T]:
+    """The items that this rank computes: neighbours in the list, as many as the others' but for one."""
+    cuts = [len(items) * k // comm.size for k in range(comm.size + 1)]
+    return list(items[cuts[comm.rank] : cuts[comm.rank + 1]])

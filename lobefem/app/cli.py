@@ -54,6 +54,20 @@ def _studies() -> Any:
     return lobefem.app.critical_command
 
 
+def _of(plan: Design, stacks: Any) -> Any:
+    """The module with the commands of a design's kind."""
+    if not plan.is_pumpkin:
+        return stacks()
+    import lobefem.app.pumpkin_stability
+
+    return lobefem.app.pumpkin_stability
+
+
+def _state(plan: Design, given: str | None) -> str:
+    """Of --state, or the default of a design's kind."""
+    return given or ("inflated" if plan.is_pumpkin else "ideal")
+
+
 def _examples(*lines: str) -> str:
     return "Examples:\n\n" + "\n\n".join(f"[bold]{line}[/bold]" for line in lines)
 
@@ -101,6 +115,7 @@ def inflate(
     epilog=_examples(
         "lobefem modes meshes/single.toml --pressure 1000 --pressure 2000 --count 4",
         "lobefem modes meshes/stack4.toml --load closed --mass nodal --out run",
+        "lobefem modes meshes/pumpkin.toml --pressure 50 --pressure 100 --harmonics 0:32",
     )
 )
 @options.sharing(options.DESIGN, options.OUTPUT)
@@ -111,7 +126,7 @@ def modes(
     prestress: options.Prestress = None,
     setup: options.Setup = None,
     pressure: options.Pressures = None,
-    state: options.State = "ideal",
+    state: options.State = None,
     count: options.Count = "8",
     mass: options.Mass = "unit",
     harmonics: options.Harmonics = None,
@@ -119,13 +134,13 @@ def modes(
 ) -> None:
     """Find the lowest buckling modes at each pressure; a negative real part means unstable."""
     number = parsing.integer("--count", count, 1)
-    parsing.one_of("--state", state, ("ideal", "inflated"))
+    parsing.one_of("--state", state or "ideal", ("ideal", "inflated"))
     parsing.one_of("--mass", mass, ("unit", "nodal"))
     chosen = parsing.integers("--harmonics", harmonics)
     run_task(
         context,
-        lambda plan, **run: _tasks().modes(
-            plan, state=state, count=number, mass=mass, harmonics=chosen, **run
+        lambda plan, **run: _of(plan, _tasks).modes(
+            plan, state=_state(plan, state), count=number, mass=mass, harmonics=chosen, **run
         ),
     )
 
@@ -135,6 +150,7 @@ def modes(
         "lobefem critical meshes/stack4.toml --film tension-field --state inflated --load closed",
         "lobefem critical meshes/single.toml --mesh-study --out run",
         "lobefem critical meshes/single.toml --divisions 32x48 --harmonic 3 --json -",
+        "lobefem critical meshes/pumpkin.toml --up-to '2 kPa' --out run",
     )
 )
 @options.sharing(options.DESIGN, options.OUTPUT)
@@ -142,7 +158,7 @@ def critical(
     context: typer.Context,
     design: options.DesignFile,
     lift: options.Lift = None,
-    state: options.State = "ideal",
+    state: options.State = None,
     harmonic: options.Harmonic = None,
     limit: options.Limit = None,
     pressure: options.SearchPressure = None,
@@ -156,12 +172,12 @@ def critical(
     """
     parsing.no_pressure("critical", pressure)
     number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
-    parsing.one_of("--state", state, ("ideal", "inflated"))
+    parsing.one_of("--state", state or "ideal", ("ideal", "inflated"))
     highest = None if limit is None else parsing.pressure("--limit", limit)
     pairs = parsing.divisions("--meshes", meshes)
     if mesh_study:
         given = context.params["divisions"]
-        if number is not None or state != "ideal" or highest is not None or given is not None:
+        if number is not None or (state or "ideal") != "ideal" or highest is not None or given is not None:
             raise InputError(
                 "--mesh-study looks at all harmonics of the ideal state on meshes of its own; leave out "
                 "--harmonic, --state, --limit and --divisions"
@@ -172,7 +188,9 @@ def critical(
         raise InputError("--meshes are those of a mesh study; add --mesh-study")
     run_task(
         context,
-        lambda plan, **run: _studies().critical(plan, state=state, harmonic=number, limit=highest, **run),
+        lambda plan, **run: _of(plan, _studies).critical(
+            plan, state=_state(plan, state), harmonic=number, limit=highest, **run
+        ),
     )
 
 
@@ -180,6 +198,7 @@ def critical(
     epilog=_examples(
         "lobefem harmonics meshes/single.toml --divisions 96x256 --out run",
         "lobefem harmonics meshes/stack4.toml --film isotropic --harmonics 0:8",
+        "lobefem harmonics meshes/pumpkin.toml --up-to '2 kPa' --out run",
     )
 )
 @options.sharing(options.DESIGN, options.OUTPUT)
@@ -188,12 +207,17 @@ def harmonics(
     design: options.DesignFile,
     lift: options.Lift = None,
     harmonics: options.Harmonics = None,
+    limit: options.Limit = None,
     pressure: options.SearchPressure = None,
 ) -> None:
     """Find the critical pressure for each number of waves around the axis."""
     parsing.no_pressure("harmonics", pressure)
     chosen = parsing.integers("--harmonics", harmonics)
-    run_task(context, lambda plan, **run: _studies().harmonics(plan, harmonics=chosen, **run))
+    highest = None if limit is None else parsing.pressure("--limit", limit)
+    run_task(
+        context,
+        lambda plan, **run: _of(plan, _studies).harmonics(plan, harmonics=chosen, limit=highest, **run),
+    )
 
 
 @app.command(
@@ -322,7 +346,7 @@ def sweep(
     number = len(os.sched_getaffinity(0)) if workers is None else parsing.integer("--workers", workers, 1)
     commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
     known = {
-        name: {p.opts[0].lstrip("-") for p in one.params if not getattr(p, "hidden", False)}
+        name: {o.lstrip("-") for p in one.params if not getattr(p, "hidden", False) for o in p.opts}
         for name, one in commands.items()
     }
     ranks = context.obj

@@ -30,7 +30,7 @@ from lobefem.stability.one_sided import (
 from lobefem.units import pascals
 from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
-__all__ = ["critical", "harmonics", "mesh_study"]
+__all__ = ["critical", "harmonics", "mesh_study", "reached"]
 
 _HIGH_HARMONICS = (
     "with fixed wrinkles only the critical pressures of low harmonics converge as the mesh is refined; from "
@@ -185,7 +185,7 @@ def _along_path(
     _borne(results, found.state)
     if strength is not None:
         stresses[found.state.pressure] = results["max_stress"]
-        results["strength_pressure"] = _reached(stresses, strength)
+        results["strength_pressure"] = reached(stresses, strength)
     results["warnings"] += advice.of_pressures(design, [results["critical_pressure"]])
     if mode is None:
         results["reason"] = f"no instability found up to {pascals(limit)}, the end of the search (--limit)"
@@ -198,7 +198,7 @@ def _borne(results: dict[str, Any], state: Equilibrium) -> None:
     results |= {"hoop_tension": state.hoop_tension, "bar_force": state.bar_force} | borne(state)
 
 
-def _reached(stresses: dict[float, float], strength: float) -> float | None:
+def reached(stresses: dict[float, float], strength: float) -> float | None:
     """The pressure at which the film's stress reaches its strength, by lines between those known."""
     for (p, low), (q, high) in pairwise(sorted(stresses.items())):
         if low < strength <= high:
@@ -210,6 +210,7 @@ def harmonics(
     design: Design,
     *,
     harmonics: tuple[int, ...] | None = None,
+    limit: float | None = None,
     comm: Any = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
@@ -219,6 +220,7 @@ def harmonics(
     Args:
         design: what to look at; its own pressure does not matter.
         harmonics: which; by default all that the mesh has.
+        limit: none, for nothing is searched here.
         comm: MPI communicator (default: all ranks).
         progress: called with a line of text now and then.
         folder: where to keep each harmonic, and to go on from.
@@ -228,6 +230,8 @@ def harmonics(
             tension-field film with hoop slack, whose tangent is not linear in the pressure.
     """
     check_state("ideal", design)
+    if limit is not None:
+        raise InputError("--limit is for searches along inflated states; leave it out of this ideal state")
     results = summary("harmonics", design)
     results["warnings"] += advice.of_built_in(design)
     if design.film.law in FIELDS and design.film.hoop_slack:

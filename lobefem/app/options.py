@@ -205,11 +205,11 @@ Setup = Annotated[
 ]
 
 State = Annotated[
-    str,
+    Text,
     _option(
         "--state",
         "STATE",
-        "ideal: shape as designed (default); inflated: shape under pressure (recommended).",
+        "ideal: shape as designed (default for stacks); inflated: shape under pressure (recommended).",
         _RUN,
     ),
 ]
@@ -296,7 +296,15 @@ Resume = Annotated[
 ]
 
 Limit = Annotated[
-    Text, _option("--limit", "PRESSURE", "Highest pressure to search, inflated only (default 20 kPa).", _RUN)
+    Text,
+    typer.Option(
+        "--limit",
+        "--up-to",
+        metavar="PRESSURE",
+        help="Highest pressure to search, inflated only (default 20 kPa; of pumpkins film strained by 5 %).",
+        show_default=False,
+        rich_help_panel=_RUN,
+    ),
 ]
 
 MeshStudy = Annotated[

@@ -25,7 +25,7 @@ __all__ = ["Interrupted", "loudness", "one_line", "run_task"]
 
 _MOST = 600  # letters of a sentence
 
-_OF_PUMPKINS = ("inflate", "gores", "sensitivities")
+_OF_PUMPKINS = ("inflate", "modes", "critical", "harmonics", "sensitivities")
 
 
 class Interrupted(Exception):  # noqa: N818  no error
@@ -121,7 +121,7 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
         if design.is_pumpkin and context.info_name not in _OF_PUMPKINS:
             raise InputError(
                 f"lobefem {context.info_name} does not take pumpkins yet; use lobefem inflate for their "
-                "equilibrium, and lobefem gores for their cutting tables"
+                "equilibrium, lobefem modes and critical for their stability"
             )
         folder = _folder(given, comm)
         if given["json"] and not to_stdout:

@@ -43,7 +43,7 @@ def _caption(results: dict[str, Any]) -> str:
     elif results["command"] == "modes":
         title = f"Lowest modes, {results['state']} state, {results['mass']} mass"
     elif results["command"] == "harmonics":
-        title = "Critical pressure of each harmonic, ideal state"
+        title = f"Critical pressure of each harmonic, {results.get('state', 'ideal')} state"
     elif results["command"] == "perturb":
         title = f"{results['distortion']} of {results['parameter']:g} {results['unit']}".capitalize()
         title += f" at {pascals(results['pressure'])}, {results['outcome']}"
@@ -157,10 +157,10 @@ def _modes_table(results: dict[str, Any]) -> Any:
 
 
 def _critical_table(results: dict[str, Any]) -> Any:
-    path = "point" in results
+    path = "projection" in results
     table = _table("pressure", "harmonic", "kind", *(("point", "load's share") if path else ()))
     rest = [""] * (len(table.columns) - 1)
-    if results["critical_pressure"] is None or results["kind"] is None:
+    if not results["critical_pressure"] or results["kind"] is None:
         table.add_row(results["reason"], *rest)
     else:
         pressure = pascals(results["critical_pressure"])
@@ -187,7 +187,34 @@ def _study_table(results: dict[str, Any]) -> Any:
     return Group(table, *(f"- {sentence}" for sentence in results["verdict"]))
 
 
+def _gores_table(results: dict[str, Any]) -> Any:
+    """The critical pressures by harmonic of a pumpkin; neighbours that are just stable share a row."""
+    table = _table("harmonic", "stable from", "stable up to", "lowest")
+    same: list[int] = []
+
+    def close() -> None:
+        if same:
+            said = f"{same[0]}" if len(same) == 1 else f"{same[0]} to {same[-1]}"
+            table.add_row(said, "", f"{pascals(results['searched_to'])} at least", "")
+            same.clear()
+
+    for row in results["chart"]:
+        pressure, gained = row["critical_pressure"], row["stable_from"]
+        if pressure is None and gained is None:
+            same.append(row["harmonic"])
+            continue
+        close()
+        end = f"{pascals(results['searched_to'])} at least" if pressure is None else pascals(pressure)
+        lowest = "<--" if row["harmonic"] == results["harmonic"] else ""
+        begin = "" if gained is None else pascals(gained)
+        table.add_row(str(row["harmonic"]), begin, end if pressure != 0 else "never stable", lowest)
+    close()
+    return table
+
+
 def _harmonics_table(results: dict[str, Any]) -> Any:
+    if "gores" in results:
+        return _gores_table(results)
     sides = any("upper_bound" in row for row in results["chart"])
     last = ("upper bound",) if sides else ()
     table = _table("harmonic", "pressure", "kind", "residual", "lowest", *last)

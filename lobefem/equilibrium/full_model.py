@@ -16,7 +16,7 @@ from lobefem.fem.cyclic_symmetry import about_axis, images
 
 from mpi4py import MPI
 
-__all__ = ["full_balloon", "full_state"]
+__all__ = ["full_balloon", "full_state", "spread_state"]
 
 
 def full_balloon(sector: Balloon, comm: Any = MPI.COMM_WORLD) -> Balloon:
@@ -41,6 +41,30 @@ def full_balloon(sector: Balloon, comm: Any = MPI.COMM_WORLD) -> Balloon:
     return sector.with_changes(surface=surface, pattern=pattern)
 
 
+def spread_state(state: Equilibrium, balloon: Balloon) -> Equilibrium:
+    """One sector's state in all sectors of the full balloon, measured and not solved for. Collective.
+
+    Args:
+        state: of one sector.
+        balloon: the whole one.
+
+    Raises:
+        InputError: a state of a whole balloon, or a balloon whose nodes are not images of the sector's.
+    """
+    checks.having("state", state, "balloon", "a state, from inflate")
+    sector = state.balloon
+    if not sector.map.tied:
+        raise InputError("the state is that of a whole balloon; give one of one sector")
+    sectors, nodes = images(sector, balloon)
+    state.restore()
+    alpha = 2.0 * np.pi / sector.surface.copies
+    rotations = np.stack([about_axis(sector.axis.direction, j * alpha) for j in range(sector.surface.copies)])
+    balloon.u.x.array[:] = np.einsum("kij,kj->ki", rotations[sectors], state.displacement[nodes]).ravel()
+    q = balloon.map.unknowns(balloon.u, sector.w)
+    balloon.set_loads(state.pressure, state.prestress)
+    return record(balloon, q, state.converged, state.reason, state.iterations, state.steps)
+
+
 def full_state(state: Equilibrium, balloon: Balloon | None = None, *, rtol: float = 1e-8) -> Equilibrium:
     """The full balloon's equilibrium from one sector's, in which all sectors are alike. Collective.
 
@@ -56,17 +80,9 @@ def full_state(state: Equilibrium, balloon: Balloon | None = None, *, rtol: floa
         ConvergenceError: no equilibrium found.
     """
     checks.having("state", state, "balloon", "a state, from inflate")
-    sector = state.balloon
-    if not sector.map.tied:
+    if not state.balloon.map.tied:
         raise InputError("the state is that of a whole balloon; give one of one sector")
-    whole = full_balloon(sector) if balloon is None else balloon
-    sectors, nodes = images(sector, whole)
-    state.restore()
-    alpha = 2.0 * np.pi / sector.surface.copies
-    rotations = np.stack([about_axis(sector.axis.direction, j * alpha) for j in range(sector.surface.copies)])
-    whole.u.x.array[:] = np.einsum("kij,kj->ki", rotations[sectors], state.displacement[nodes]).ravel()
-    q = whole.map.unknowns(whole.u, sector.w)
-    whole.set_loads(state.pressure, state.prestress)
-    start = record(whole, q, False, "all sectors alike", 0, ())
+    whole = full_balloon(state.balloon) if balloon is None else balloon
+    start = spread_state(state, whole)
     prestress = state.prestress if whole.prestressed else None
     return inflate(whole, state.pressure, prestress=prestress, start=start, rtol=rtol)

@@ -89,6 +89,30 @@ _HOOPS: Entry = ("N", "mean tension of each hoop")
 
 _BAR: Entry = ("N", "force in the bar, tension positive; null without a bar or with both rims fixed")
 
+_GORES: Entry = ("", "number of gores; of pumpkins only, as all keys that name it")
+
+_LOOKED_AT: Entry = ("", "harmonics that were looked at; of pumpkins only")
+
+
+def _search() -> dict[str, Entry]:
+    """Keys of a search along the inflated path of a pumpkin."""
+    return {
+        "gores": _GORES,
+        "looked_at": _LOOKED_AT,
+        "stable": (
+            "Pa",
+            "stretches of the path, from and to, on which all harmonics are stable; of pumpkins",
+        ),
+        "searched_from": ("Pa", "lowest pressure of the search; of pumpkins"),
+        "searched_to": ("Pa", "highest pressure that the search came to; of pumpkins"),
+        "crossings[].pressure": ("Pa", "where a harmonic loses or gains stability; of pumpkins"),
+        "crossings[].harmonic": ("", "its harmonic"),
+        "crossings[].lost": ("", "true if stability is lost there, false if it is gained"),
+        "curves[].harmonic": ("", "harmonic n of a curve; of pumpkins"),
+        "curves[].values": ("Pa/m", "its lowest eigenvalue at each pressure of visited"),
+    }
+
+
 _HARMONIC: Entry = ("", "harmonic n of the critical mode; null without one")
 
 _BOUNDS: Entry = ("Pa", "lower and upper bound; tension-field film only")
@@ -126,6 +150,10 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "lift": ("N", "pressure gradient times volume; null without a gradient"),
     },
     "modes": {
+        "gores": _GORES,
+        "looked_at": _LOOKED_AT,
+        "pressures[].by_harmonic[].harmonic": ("", "harmonic n, one record for each; of pumpkins"),
+        "pressures[].by_harmonic[].lowest": ("Pa/m", "its lowest eigenvalue; in N/m with nodal mass"),
         "state": ("", "ideal or inflated"),
         "mass": ("", "unit or nodal"),
         "pressures[].pressure": ("Pa", "gas pressure; one record for each, in the order given"),
@@ -167,6 +195,13 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "branches[].mac": ("", "least MAC of its modes from one pressure to the next, 0 to 1"),
     },
     "critical": {
+        **_search(),
+        "chart[].harmonic": ("", "harmonic n, one record for each; of pumpkins"),
+        "chart[].critical_pressure": (
+            "Pa",
+            "where it loses stability; null if not up to searched_to, 0 if it is never stable",
+        ),
+        "chart[].stable_from": ("Pa", "where it gains stability; null if it is stable from the start"),
         "state": ("", "ideal or inflated"),
         "critical_pressure": (
             "Pa",
@@ -199,6 +234,18 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "limit": ("Pa", "highest pressure of the search"),
     },
     "harmonics": {
+        **_search(),
+        "state": ("", "inflated; of pumpkins, as the following keys of their critical mode and its state"),
+        "kind": ("", "kind of the critical mode"),
+        "residual": ("", "its residual"),
+        "point": ("", "bifurcation or limit point"),
+        "visited": ("Pa, Pa/m", "pressure and lowest eigenvalue of all harmonics"),
+        "limit": ("Pa", "highest pressure of the search"),
+        **_peaks("", " at that pressure, or at the end of the search"),
+        "hoop_tension": ("N", "mean tension of a tendon there"),
+        "bar_force": ("N", "null, for a pumpkin has no bar"),
+        "strength_pressure": ("Pa", "pressure at which the film reaches its strength; null if it does not"),
+        "chart[].stable_from": ("Pa", "where it gains stability; null if it is stable from the start"),
         "critical_pressure": ("Pa", "the lowest of all harmonics"),
         "harmonic": ("", "harmonic of the lowest critical pressure"),
         "bounds": _BOUNDS,
@@ -330,7 +377,8 @@ def described(command: str, key: str) -> str | None:
         pattern = name.split(".")
         if len(pattern) == len(parts) and all(a in ("*", b) for a, b in zip(pattern, parts, strict=True)):
             return name
-    return None
+    # a list of records that is empty
+    return next((name for name in known if name.startswith(f"{key}[].")), None)
 
 
 def markdown() -> str:

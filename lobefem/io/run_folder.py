@@ -239,7 +239,15 @@ class RunFolder:
     def keep(self, state: State, notes: Mapping[str, Any]) -> None:
         """Keep a state to go on from, with plain data, in place of the last one. Collective."""
         self._before_step()
-        save_state(self.path / "checkpoint.npz", state, notes)
+        path = self.path / "checkpoint.npz"
+        self._written(state.balloon, path, lambda: save_state(path, state, notes))
+
+    def _written(self, balloon: Balloon, path: Path, write: Callable[[], None]) -> None:
+        """Write what is of a balloon; by one rank where each has all of it, as one gore. Collective."""
+        if balloon.comm.size < self.comm.size:
+            on_root(self.comm, path, write)
+        else:
+            write()
 
     def kept(self, balloon: Balloon) -> Checkpoint | None:
         """The state to go on from; None where the run ended before there was one. Collective.
@@ -255,7 +263,8 @@ class RunFolder:
     ) -> None:
         """Keep the modes of a state as a step of a sweep, with plain data. Collective."""
         self._before_step()
-        save_modes(self.path / f"modes-{number}.npz", state, modes, notes)
+        path = self.path / f"modes-{number}.npz"
+        self._written(state.balloon, path, lambda: save_modes(path, state, modes, notes))
 
     def kept_modes(
         self, number: int, balloon: Balloon

@@ -80,6 +80,8 @@ class Modes(Summarized):
             Nothing resists these, in equilibrium their values are 0; in the held ideal geometry, which
             balances up to discretisation, phi.K phi/phi.B phi shows the error. All other modes are those
             of K on the motions that are orthogonal to them by mass.
+        by_harmonic: of a state of one sector, n and its lowest lambda of each harmonic that was looked at,
+            free rotations left out.
     """
 
     state: Equilibrium = field(repr=False)
@@ -88,6 +90,7 @@ class Modes(Summarized):
     asymmetry: float
     num_negative: int | None
     modes: tuple[Mode, ...]
+    by_harmonic: tuple[tuple[int, float], ...] = ()
 
     @property
     def values(self) -> npt.NDArray[np.complex128]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import largest, stiffness_scale
 from lobefem.fem.rigid_motions import num_turns
+from lobefem.files import on_all, share_of
 from lobefem.linalg import petsc
 from lobefem.linalg.slepc import Pair, distinct, order, refine, residual, run, solver, with_conjugates
 from lobefem.log import logger
@@ -55,6 +56,7 @@ def find_modes(
     mass: Mass = "unit",
     tolerance: float = 1e-8,
     harmonics: int | Iterable[int] | None = None,
+    comm: Any = None,
 ) -> Modes:
     """The lowest modes of a state.
 
@@ -72,6 +74,7 @@ def find_modes(
             mesh (`lobefem.stability.cyclic`): no full tangent is assembled or factorised. Of a state of one
             sector they are needed, and n counts the phase between neighbours, 0 to N/2
             (`lobefem.stability.gore_modes`); its modes come in pairs as the full model's do.
+        comm: the ranks that share the harmonics of a state of one sector; each by itself by default.
 
     Raises:
         InputError: an unknown mass, a count below 1, harmonics that the mesh does not have, or the ideal
@@ -97,7 +100,9 @@ def find_modes(
     if _is_held(state):
         require_one_tangent(balloon.film, balloon.hoop_slack)
     if harmonics is not None:
-        return (_of_sector if balloon.map.tied else _of_harmonics)(state, count, mass, asked)
+        if balloon.map.tied:
+            return _of_sector(state, count, mass, asked, balloon.comm if comm is None else comm)
+        return _of_harmonics(state, count, mass, asked)
     q = state.restore()
     if balloon.floating:
         balloon = balloon.afloat()
@@ -202,9 +207,10 @@ def _scale(balloon: Balloon) -> float:
     return 1e-2 * stiffness_scale(balloon, pressure)
 
 
-def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int, ...]) -> Modes:
+def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int, ...], comm: Any) -> Modes:
     """The lowest modes of some harmonics of a state of one sector; values as often as the full model's."""
-    from lobefem.stability.gore_modes import GorePencil, GoreSector  # slow to import, as is SciPy with it
+    # slow to import, as is SciPy with it
+    from lobefem.stability.gore_modes import GoreMode, GorePencil, GoreSector
 
     balloon = state.balloon
     sector = GoreSector(balloon)
@@ -213,11 +219,14 @@ def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int,
     q = state.restore()
     pencil = GorePencil(sector, balloon, mass, _scale(balloon))
     free = num_turns(balloon)
-    found = [
-        one
-        for n in sorted(set(harmonics))
-        for one in pencil.lowest(n, math.ceil(count / sector.copies(n)) + (free > 0 and n == 1))
-    ]
+    wanted = sorted(set(harmonics))
+
+    def lowest(n: int) -> list[GoreMode]:
+        return pencil.lowest(n, math.ceil(count / sector.copies(n)) + (free > 0 and n == 1))
+
+    each = on_all(comm, lambda: [one for n in share_of(wanted, comm) for one in lowest(n)])
+    found = [one for of_rank in each for one in of_rank]
+    skew = max(comm.allgather(pencil.asymmetry))
     values = sorted(one.value for one in found for _ in range(sector.copies(one.harmonic)))
     last = values[min(count + free, len(values)) - 1]
     modes: list[Mode] = []
@@ -236,7 +245,9 @@ def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int,
         edge = -NEUTRAL * 1e2 * _scale(balloon)
         negative = pencil.num_below(edge, {n: sector.copies(n) for n in sector.harmonics})
     turns, own = ([m for m in modes if m.rigid is rigid] for rigid in (True, False))
-    return Modes(state, mass, True, pencil.asymmetry, negative, _with_rotations(own, turns, count))
+    ascending = {n: sorted(one.value for one in found if one.harmonic == n) for n in wanted}
+    firsts = tuple((n, values[1 if turns and n == 1 else 0]) for n, values in ascending.items())
+    return Modes(state, mass, True, skew, negative, _with_rotations(own, turns, count), firsts)
 
 
 def _of_harmonics(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int, ...]) -> Modes:

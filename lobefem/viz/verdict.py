@@ -8,6 +8,7 @@ from typing import Any
 
 from lobefem.outcomes import RIGID, UNDECIDED, UNKNOWN
 from lobefem.units import pascals, scaled
+from lobefem.viz import pumpkin_verdict
 
 __all__ = ["FIXED_WRINKLES", "KINK", "verdict"]
 
@@ -95,7 +96,7 @@ def _on_mesh(results: Results) -> list[str]:
         return [f"{FIXED_WRINKLES[:1].upper()}{FIXED_WRINKLES[1:]}."]
     mesh = _divisions(results)
     study = results.get("film") == "isotropic" and results.get("state") != "inflated"
-    study = study and results.get("command") != "modes"
+    study = (study or "gores" in results) and results.get("command") != "modes"
     other = " or use --mesh-study" if study else ""
     if mesh is None:
         return ["This result may depend on the mesh. Repeat with a finer one."]
@@ -107,9 +108,7 @@ def _inflate(results: Results) -> list[str]:
     if not _is_pressure(results.get("pressure")) or not results.get("converged"):
         return []
     found = f"Equilibrium found at {pascals(results['pressure'])}."
-    if "gores" not in results:  # no command computes the modes of a pumpkin
-        found += " Run lobefem modes to check its stability."
-    return [found, *_bears(results)]
+    return [f"{found} Run lobefem modes to check its stability.", *_bears(results)]
 
 
 def _sensitivities(results: Results) -> list[str]:
@@ -136,6 +135,9 @@ def _sensitivities(results: Results) -> list[str]:
 # --- critical pressures -------------------------------------------------------------------------
 def _critical(results: Results) -> list[str]:
     pressure: Any = results.get("critical_pressure")
+    if "gores" in results:
+        found = pumpkin_verdict.critical(results)
+        return [*_breaks(results), *found, *_bears(results), *_on_mesh(results)] if found else []
     if pressure == 0:
         return _from_nothing(results)
     if not _is_pressure(pressure) or pressure < 0:

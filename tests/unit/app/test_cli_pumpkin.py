@@ -46,7 +46,7 @@ def test_the_shipped_pumpkin(lobefem_json):
     assert results["lift"] is None
     assert 0.5e6 < results["max_stress"] < 1e6
     assert 0 < results["max_strain"] < 0.02
-    assert verdict(results)[0] == "Equilibrium found at 100 Pa."
+    assert verdict(results)[0] == "Equilibrium found at 100 Pa. Run lobefem modes to check its stability."
     assert assumptions(results) == ["closed load", "clamped"]
     assert results["warnings"] == []
 
@@ -103,14 +103,7 @@ def test_tendons_that_are_slack_everywhere_are_told(lobefem_json, shared_path):
 
 @pytest.mark.parametrize(
     "command",
-    [
-        "modes",
-        "critical",
-        "harmonics",
-        "perturb --twist 1",
-        "critical --mesh-study",
-        "critical --state inflated",
-    ],
+    ["perturb --twist 1"],
 )
 def test_commands_that_take_no_pumpkins_yet_say_what_does(refused, command):
     name, *options = command.split()

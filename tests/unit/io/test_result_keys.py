@@ -16,9 +16,16 @@ SINGLE, STACK, CYLINDER, PUMPKIN = (
     f"{ROOT}/meshes/{name}.toml" for name in ("single", "stack4", "cylinder", "pumpkin")
 )
 TENSION = ("--film", "tension-field", "--support", "fixed")
+MANY = (
+    PUMPKIN, "--divisions", "8x2", "--set", "shape.gores=160", "--set", "film.density=1", "--up-to", "300",
+    "--set", "tendons.mass_per_length=0", "--set", 'shape.reference="lobe"',
+)  # fmt: skip
 RUNS = [
     ("inflate", SINGLE, "--divisions", "4x8", "--profile"),
     ("inflate", PUMPKIN, "--divisions", "8x4"),
+    ("modes", PUMPKIN, "--divisions", "8x4", "--harmonics", "0:2", "--count", "1"),
+    ("critical", *MANY, "--harmonic", "4", "--set", "film.strength=1e8"),
+    ("harmonics", *MANY, "--harmonics", "3:4", "--set", "film.strength=1e8"),
     ("inflate", CYLINDER, "--divisions", "4x8", "--slack-stiffness", "0"),  # fails
     ("modes", SINGLE, "--divisions", "4x8", "--count", "1", "--pressure", "5", "--pressure", "6", *TENSION),
     ("critical", SINGLE, "--divisions", "4x8", *TENSION, "--set", "film.strength=1e8"),

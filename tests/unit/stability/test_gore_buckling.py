@@ -11,7 +11,7 @@ from lobefem.equilibrium.inflation import inflate
 from lobefem.errors import InputError
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.model.end_plates import EndPlates
-from lobefem.stability import gore_buckling
+from lobefem.stability import gore_path
 from lobefem.stability.all_gores import full_modes
 from lobefem.stability.gore_buckling import critical_pressures
 from lobefem.stability.gore_modes import GoreMode
@@ -32,7 +32,7 @@ def analytic(monkeypatch):
             def lowest(self, n, count=1):
                 return [GoreMode(n, functions[f"n{n}"](self._pressure), np.zeros(1), 0.0)]
 
-        monkeypatch.setattr(gore_buckling, "GorePencil", Pencil)
+        monkeypatch.setattr(gore_path, "GorePencil", Pencil)
 
     return use
 
@@ -126,10 +126,10 @@ def test_a_path_that_ends_says_so(analytic, monkeypatch):
 
     def fails(balloon, pressure, *, start=None):
         if pressure > 100.0:
-            raise gore_buckling.ConvergenceError("no equilibrium", state=start)
+            raise gore_path.ConvergenceError("no equilibrium", state=start)
         return inflate(balloon, pressure, start=start)
 
-    monkeypatch.setattr(gore_buckling, "inflate", fails)
+    monkeypatch.setattr(gore_path, "inflate", fails)
     found = critical_pressures(pumpkin(divisions=(4, 2)), [2], up_to=200.0, start=50.0, growth=math.sqrt(2))
     assert found.searched_to == pytest.approx(100.0)
     assert found.ended == "no equilibrium found above 100 Pa"

@@ -1,0 +1,87 @@
+"""Is a pumpkin stable? Sentences on a search along its inflated path, from results.json."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from lobefem.units import pascals
+
+__all__ = ["critical"]
+
+_MOVES = {
+    "sway": "the balloon sways sideways",
+    "twist": "the balloon twists about its axis",
+    "global": "the balloon buckles as a whole",
+    "local": "the film buckles locally",
+}
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _moves(kind: Any, harmonic: Any) -> str:
+    waves = (
+        ""
+        if not isinstance(harmonic, int)
+        else f" ({harmonic} {'wave' if harmonic == 1 else 'waves'} around)"
+    )
+    return _MOVES.get(str(kind), "the balloon buckles") + waves
+
+
+def critical(results: Mapping[str, Any]) -> list[str]:
+    """Where a pumpkin is stable, where it is no more and how it moves there; none of damaged results."""
+    stable: Any = results.get("stable")
+    pressure: Any = results.get("critical_pressure")
+    begin: Any = results.get("searched_from")
+    end: Any = results.get("searched_to")
+    if not isinstance(stable, list) or not _is_number(begin) or not _is_number(end):
+        return []
+    where = _looked_at(results)
+    if not stable:
+        return [
+            f"Unstable{where} at all pressures from {pascals(begin)} to {pascals(end)}, most of all in "
+            f"harmonic {results.get('harmonic')}."
+        ]
+    said = []
+    low, high = stable[0][:2]
+    if low > begin:
+        said.append(f"Unstable{where} below {pascals(low)}{_gained(results, low)}.")
+        where = ""
+    ended = str(results.get("reason") or "")
+    if not _is_number(pressure):
+        first = f"Stable{where} up to {pascals(high)}"
+        return [*said, f"{first}: {ended}." if ended else f"{first}."]
+    moves = _moves(results.get("kind"), results.get("harmonic"))
+    if results.get("point") == "limit point":
+        said.append(
+            f"Stable{where} up to {pascals(pressure)}. That is a limit point: above it there is no "
+            f"equilibrium nearby, and {moves}."
+        )
+    else:
+        said.append(f"Stable{where} up to {pascals(pressure)}. Above that {moves}.")
+    for again, last in (stretch[:2] for stretch in stable[1:]):
+        said.append(f"Stable again from {pascals(again)} to {pascals(last)}.")
+    return said
+
+
+def _gained(results: Mapping[str, Any], pressure: float) -> str:
+    """The harmonic that is unstable below a pressure, as the end of a sentence."""
+    crossings = results.get("crossings")
+    found = [c for c in crossings if isinstance(c, Mapping)] if isinstance(crossings, list) else []
+    harmonic = next((c.get("harmonic") for c in found if c.get("pressure") == pressure), None)
+    return "" if harmonic is None else f" in harmonic {harmonic}{' (sideways)' if harmonic == 1 else ''}"
+
+
+def _looked_at(results: Mapping[str, Any]) -> str:
+    """The harmonics that were looked at, "" if all were."""
+    if results.get("only_harmonic") is not None:
+        return f" in harmonic {results['only_harmonic']} (no other was looked at)"
+    looked, gores = results.get("looked_at"), results.get("gores")
+    if isinstance(looked, list) and isinstance(gores, int) and len(looked) <= gores // 2:
+        return (
+            f" in the {len(looked)} harmonics that were looked at" if len(looked) > 1 else " in that harmonic"
+        )
+    return ""
