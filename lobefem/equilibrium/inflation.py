@@ -10,6 +10,7 @@ import numpy as np
 
 from lobefem import checks
 from lobefem.equilibrium.bulge import bulged
+from lobefem.equilibrium.firmer_slack import firmer
 from lobefem.equilibrium.grid_sequencing import coarser_balloon, interpolate
 from lobefem.equilibrium.newton import REASONS, Newton
 from lobefem.equilibrium.simpler_balloons import simpler, stretched
@@ -33,9 +34,9 @@ _SIMPLE_STEP = 0.01  # smallest pressure step of a simpler balloon, as a share o
 
 _COARSE_RTOL = 1e-4  # of a start; another mesh's discretisation is off by more
 
-# pressures over the one that is asked for, at which film and cables that are not at rest as drawn are tried
-# in turn: under a small one slack film has next to no stiffness, under a large one it is pulled far
-_FIRST = (1.0, 0.5, 10.0, 0.1, 100.0, 0.01, 1000.0)
+# pressures over the one that is asked for, at which what is not at rest as drawn is tried in turn: under a
+# small one slack film has next to no stiffness and weight bears on it, under a large one it is pulled far
+_FIRST = (1.0, 10.0, 100.0, 0.5, 0.1, 0.01, 1000.0)
 
 
 @timed("solver")
@@ -58,10 +59,11 @@ def inflate(
     """The equilibrium at a pressure: one SNES solve, or pressure steps when that one fails.
 
     Where film is cut flat or the balloon has weight, a solve from the drawn shape that fails is followed by
-    one from the equilibrium of a simpler balloon (`lobefem.equilibrium.simpler_balloons`). Pressure steps
-    begin without pressure, where the reference shape is at rest. That of a cutting pattern or of
-    foreshortened cables is not: there they begin at the first of some pressures, smaller and larger ones,
-    whose equilibrium is found from it.
+    one by way of firmer slack film (`lobefem.equilibrium.firmer_slack`), and by one from the equilibrium of
+    a simpler balloon (`lobefem.equilibrium.simpler_balloons`). Pressure steps begin without pressure, where
+    the reference shape is at rest. That of a cutting pattern, of foreshortened cables, of weight and under
+    hydrostatic gas is not: there they begin at the first of some pressures, larger and smaller ones, whose
+    equilibrium is found from it.
 
     Newton's method with MUMPS; its line search minimises the potential energy. The `film` load on
     moving plates has none: there the search freezes the plates' own share over each step.
@@ -161,6 +163,7 @@ def _inflated(
     simple = simpler(balloon) if start is None and begin is q else []
     if simple and not guesses:
         guesses = [q.copy]
+    firm = firmer(balloon) if simple else []
     balloon.set_loads(pressure, prestress)
     # film compressed as drawn, and hoop fibres of one gore, are unstable on the way to a stable state
     turned = balloon.map.tied or (start is None and not _rests_as_drawn(balloon))
@@ -174,6 +177,11 @@ def _inflated(
             _tell(pressure, reason, count, solver.norm, progress)
             if reason > 0:
                 break
+        if reason <= 0 and firm:
+            guess = _through(firm, q, pressure, prestress, max_iterations, progress)
+            reason, count = solver.solve(guess)
+            iterations += count
+            _tell(pressure, reason, count, solver.norm, progress)
         found = _from_simpler(simple, pressure, prestress, progress) if reason <= 0 else None
         if found is not None:
             found.copy(guess)
@@ -188,7 +196,7 @@ def _inflated(
             return state
         spent = 0
         if start is None and not _rests_as_drawn(balloon):
-            start = _first(balloon, solver, q, pressure, prestress, progress)
+            start = _first(balloon, solver, q, pressure, prestress, firm, max_iterations, progress)
             if start is not None and start.pressure == pressure:
                 if on_step is not None:
                     on_step(start)
@@ -224,6 +232,25 @@ def _from_coarser(
     finally:
         solver.destroy()
     return interpolate(coarse, q, balloon) if reason > 0 else None
+
+
+def _through(
+    firm: list[Balloon], q: Vec, pressure: float, prestress: float, steps: int, progress: Progress | None
+) -> Any:
+    """Unknowns to which balloons with firmer slack film lead from q, each from where the one before came to.
+
+    They need not be equilibria: what is left over is where slack film is, and is the next one's.
+    """
+    guess = q.copy()
+    for balloon in firm:
+        balloon.set_loads(pressure, prestress)
+        solver = Newton(balloon, guess, _COARSE_RTOL, steps, PREFIX, turned=True)
+        try:
+            reason, count = solver.solve(guess)
+            _tell(pressure, reason, count, solver.norm, progress)
+        finally:
+            solver.destroy()
+    return guess
 
 
 def _from_simpler(simple: list[Balloon], pressure: float, prestress: float, progress: Progress | None) -> Any:
@@ -288,22 +315,37 @@ def _drawn_along(balloon: Balloon) -> Any:
 
 def _rests_as_drawn(balloon: Balloon) -> bool:
     """True if the reference shape is in equilibrium without pressure."""
-    return balloon.pattern is None and not any(cable.foreshortening for cable in balloon.cables)
+    loaded = balloon.weight.film or balloon.weight.cables or balloon.load.gradient
+    shortened = any(cable.foreshortening for cable in balloon.cables)
+    return not loaded and not shortened and balloon.pattern is None
 
 
 def _first(
-    balloon: Balloon, solver: Newton, q: Any, end: float, prestress: float, progress: Progress | None
+    balloon: Balloon,
+    solver: Newton,
+    q: Any,
+    end: float,
+    prestress: float,
+    firm: list[Balloon],
+    steps: int,
+    progress: Progress | None,
 ) -> Equilibrium | None:
-    """The first equilibrium that is found from unknowns q at one of some pressures; q is that then."""
+    """The first equilibrium that is found from unknowns q at one of some pressures; q is that then.
+
+    At larger pressures also by way of balloons with firmer slack film.
+    """
     begin, iterations = q.copy(), 0
     for share in _FIRST if end else _FIRST[:1]:
-        balloon.set_loads(share * end, prestress)
-        reason, count = solver.solve(q)
-        iterations += count
-        _tell(share * end, reason, count, solver.norm, progress, share=float(reason > 0 and share == 1.0))
-        if reason > 0:
-            return record(balloon, q, True, REASONS[reason], iterations, (share * end,))
-        begin.copy(q)
+        for through in (False, True) if share > 1.0 and firm else (False,):
+            if through:
+                _through(firm, begin, share * end, prestress, steps, progress).copy(q)
+            balloon.set_loads(share * end, prestress)
+            reason, count = solver.solve(q)
+            iterations += count
+            _tell(share * end, reason, count, solver.norm, progress, share=float(reason > 0 and share == 1.0))
+            if reason > 0:
+                return record(balloon, q, True, REASONS[reason], iterations, (share * end,))
+            begin.copy(q)
     return None
 
 
@@ -319,13 +361,21 @@ def _step(
     progress: Progress | None,
     iterations: int,
 ) -> Equilibrium:
-    """One step to the end, halved when it fails and doubled when it does not."""
+    """One step to the end, halved when it fails and doubled when it does not.
+
+    Steps down are even in the pressure's logarithm: a balloon softens as it loses pressure.
+    """
     begin = start.pressure if start is not None else 0.0
+    falling = 0.0 < end < begin
+
+    def at(share: float) -> float:
+        return float(begin * (end / begin) ** share) if falling else begin + share * (end - begin)
+
     last, share, step = q.copy(), 0.0, 1.0
     visited: list[float] = []
     while True:
         target = min(1.0, share + step)
-        p = begin + target * (end - begin)
+        p = at(target)
         balloon.set_loads(p, prestress)
         reason, count = solver.solve(q)
         iterations += count
@@ -342,14 +392,14 @@ def _step(
             q.copy(last)
             continue
         last.copy(q)
-        step /= 2
-        if step < min_step:
-            balloon.set_loads(begin + share * (end - begin), prestress)
+        step = (target - share) / 2
+        if step < min_step or begin == end:  # no steps between equal pressures
+            balloon.set_loads(at(share), prestress)
             last_state = start
             if visited:
                 last_state = record(balloon, q, True, "last converged", iterations, tuple(visited))
             raise ConvergenceError(
-                f"inflate stopped at {begin + share * (end - begin):.6g} Pa of {end:.6g} Pa "
+                f"inflate stopped at {at(share):.6g} Pa of {end:.6g} Pa "
                 f"({REASONS[reason]}, |r| = {solver.norm:.1e}); try slack_stiffness >= 1e-4, a "
                 "prestressed film, or a start that is not flat",
                 state=last_state,

@@ -195,6 +195,7 @@ class OrthotropicTensionField(Orthotropic):
     # the stress leaves out how the direction turns, which counts for nothing where it is the best one, and
     # which would make the tangent's C code ten times as long
     by_stress: ClassVar[bool] = True
+    bears_compression: ClassVar[bool] = False
     tangent: ClassVar[str] = "consistent"
 
     def energy(self, strain: Expr, number: Number = float) -> Any:

@@ -1,10 +1,20 @@
 """`inflate` on one gore: it finds the state from the drawn shape without help."""
 
+import math
+
 import pytest
 from builders import pumpkin
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from lobefem.equilibrium.firmer_slack import firmer
 from lobefem.equilibrium.inflation import inflate
+from lobefem.geometry.gore import ConstantRadius
 from lobefem.model.cables import Tendons
+from lobefem.model.dead_weight import DeadWeight
+from lobefem.model.film import Isotropic
+from lobefem.model.gas_pressure import GasPressure
+from lobefem.model.tension_field import TensionField
 
 # cut flat or as drawn, gores, half angle [degrees], foreshortening, pressure [Pa]
 HARD = [
@@ -38,3 +48,55 @@ def test_one_gore_is_inflated_from_its_drawn_shape(flat, gores, angle, foreshort
     volume = gores * balloon.reference_volume
     assert (0.98 - 4 * max(foreshortening, 0.0)) * volume < state.volume < 1.6 * volume
     assert state.hoop_tension[0] > 0
+
+
+def heavy(gores, R0, **given):
+    """Film of 38 um whose gas lifts 1.8 times its weight and that of the tendons."""
+    film = 920 * 9.81 * 38e-6
+    weight = 1.5 * film * math.pi**2 * R0**2
+    gas = GasPressure(gradient=1.8 * weight / (2.7458 * R0**3))
+    parts = [DeadWeight(film=film, cables=0.4 * math.pi * film * R0 / gores)]
+    tendons = Tendons(EA=65e3 * R0**2 / gores, foreshortening=given.pop("foreshortening", 0.0))
+    film = TensionField(E=300e6, nu=0.4, thickness=38e-6, slack_stiffness=1e-5)
+    return pumpkin(
+        film=film, gas=gas, gores=gores, R0=R0, fitting=0.03 * R0, tendons=tendons, parts=parts, **given
+    )
+
+
+@pytest.mark.slow
+@settings(max_examples=12, derandomize=True, deadline=None, database=None)
+@given(
+    flat=st.booleans(),
+    gores=st.integers(8, 300),
+    angle=st.floats(15, 90),
+    foreshortening=st.floats(-0.01, 0.04),
+    pressure=st.floats(0, math.log10(2000)).map(lambda power: 10**power),
+    R0=st.sampled_from([2.0, 5.0, 57.0]),
+)
+def test_film_with_weight_is_inflated_whatever_the_design(flat, gores, angle, foreshortening, pressure, R0):
+    balloon = heavy(gores, R0, angle=angle, flat=flat, foreshortening=foreshortening, divisions=(16, 4))
+    state = inflate(balloon, pressure)
+    assert state.converged
+    assert state.relative_residual < 1e-7
+    assert 0.8 < state.volume / (gores * balloon.reference_volume) < 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("gores", "angle", "radius", "pressure", "order"), [(160, 60, 5.0, 3.3, 2), (8, 20, 2.0, 1.0, 1)]
+)
+def test_slack_film_with_weight_under_little_pressure(gores, angle, radius, pressure, order):
+    """On fine meshes the drawn shape, lower pressures and balloons without weight lead nowhere."""
+    lobes = ConstantRadius(math.radians(angle))
+    balloon = heavy(gores, radius, lobes=lobes, divisions=(48, 8), order=order)
+    state = inflate(balloon, pressure, nested=True)
+    assert state.converged
+    assert state.steps[-1] == pressure
+
+
+def test_slack_film_is_made_firmer_in_three_steps():
+    shares = [one.film.slack_stiffness for one in firmer(pumpkin())]
+    assert shares == [1e-2, 1e-3, 1e-4]
+    own = TensionField(slack_stiffness=1e-3)
+    assert [one.film.slack_stiffness for one in firmer(pumpkin(film=own))] == [1e-2]
+    assert firmer(pumpkin(film=Isotropic())) == []
