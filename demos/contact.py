@@ -23,6 +23,7 @@ import lobefem.linalg.dolfinx_compat  # noqa: F401  first: it finds the stack
 
 # isort: split
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry.stacks import lobed_cylinder
@@ -87,12 +88,22 @@ def run(divisions: tuple[int, int], lifts: Sequence[float], out: Path) -> list[d
     record(state, lifts[0])
     for before, lift in pairwise(lifts):
         balloon = balloon_at(surface, lift, None)
-        state = inflate(balloon, PRESSURE, start=lowered(state, balloon, lift - before), max_iterations=150)
+        state = inflate(
+            balloon,
+            PRESSURE,
+            start=lowered(state, balloon, lift - before),
+            options=NewtonOptions(max_iterations=150),
+        )
         record(state, lift)
     full = state
     for share in (2, 4):
         balloon = balloon_at(surface, lifts[-1], full.balloon.contact.activation / share)  # type: ignore[union-attr]
-        state = inflate(balloon, PRESSURE, start=replace(state, balloon=balloon), max_iterations=150)
+        state = inflate(
+            balloon,
+            PRESSURE,
+            start=replace(state, balloon=balloon),
+            options=NewtonOptions(max_iterations=150),
+        )
         record(state, lifts[-1])
     if comm.rank == 0:
         out.mkdir(parents=True, exist_ok=True)

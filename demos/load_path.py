@@ -35,6 +35,7 @@ from lobefem import (
     inflate,
     lobed_cylinder,
 )
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.fem.functionals import true_resultants
 from lobefem.files import save_json
 from lobefem.model.film import Film
@@ -113,7 +114,7 @@ def iterations(surface: Any, path: Equilibrium, say: Say) -> list[dict[str, Any]
         for law, film in films.items():
             say(f"iterations: {name}, {law}")
             balloon = stack(surface, film, **options)
-            state = inflate(balloon, PRESSURE, start=start, max_iterations=300)
+            state = inflate(balloon, PRESSURE, start=start, options=NewtonOptions(max_iterations=300))
             row[law] = state.iterations
         row["wrinkled"] = state.wrinkled_area / balloon.reference_area
         rows.append(row)

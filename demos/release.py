@@ -22,6 +22,7 @@ import numpy as np
 
 from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
 from lobefem.equilibrium.gradient_flow import Record
+from lobefem.equilibrium.solver_options import FlowOptions
 from lobefem.equilibrium.state import State
 from lobefem.files import save_json
 from lobefem.stability.relaxation import release
@@ -86,7 +87,13 @@ def run(
         "stopped": [],
     }
     for damping in DAMPINGS:
-        stopped = release(start, undistorted=rest, damping=damping, end_time=STEP, count=1, progress=say)
+        stopped = release(
+            start,
+            undistorted=rest,
+            options=FlowOptions(damping=damping, end_time=STEP),
+            count=1,
+            progress=say,
+        )
         last = stopped.history[-1]
         numbers["stopped"].append(
             {

@@ -33,6 +33,7 @@ from table2_shown import STEP, bends, landscape, middle, words
 from lobefem import Balloon, EndPlates, GasPressure, Hoops, TensionField, inflate, lobed_cylinder
 from lobefem.equilibrium.displacement_control import release_start
 from lobefem.equilibrium.distortions import Bend, Distortion, Tip, Twist, Wave
+from lobefem.equilibrium.solver_options import FlowOptions
 from lobefem.equilibrium.state import Equilibrium, State, record
 from lobefem.errors import ConvergenceError
 from lobefem.io.provenance import provenance
@@ -223,7 +224,11 @@ def stopped(
     start, rows = release_start(imposed), []
     for damping in dampings:
         end = release(
-            start, undistorted=original, damping=damping, fade=STEP, end_time=STEP, count=1, progress=say
+            start,
+            undistorted=original,
+            options=FlowOptions(damping=damping, fade=STEP, end_time=STEP),
+            count=1,
+            progress=say,
         )
         last = end.history[-1]
         rows.append(

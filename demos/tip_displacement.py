@@ -30,6 +30,7 @@ from lobefem.equilibrium.displacement_control import distort, release_start
 from lobefem.equilibrium.distortions import Tip
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.ramp import Increment
+from lobefem.equilibrium.solver_options import FlowOptions
 from lobefem.errors import ConvergenceError
 from lobefem.fem.balloon import Balloon
 from lobefem.files import save_json
@@ -131,7 +132,9 @@ def let_go(one: Balloon, displacement: float, say: Say) -> dict[str, Any]:
     releases = []
     for damping in DAMPINGS:
         # the same evidence as `lobefem perturb --release`
-        free = release(release_start(there.state), undistorted=start, damping=damping, progress=say)
+        free = release(
+            release_start(there.state), undistorted=start, options=FlowOptions(damping=damping), progress=say
+        )
         releases.append(
             {
                 "damping": damping,

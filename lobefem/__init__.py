@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.inflation import inflate
     from lobefem.equilibrium.pressurisation import pressurise
     from lobefem.equilibrium.sealed_gas import fill, seal
+    from lobefem.equilibrium.solver_options import FlowOptions, NewtonOptions
     from lobefem.equilibrium.state import Equilibrium, ideal_state
     from lobefem.fem.balloon import Balloon
     from lobefem.geometry.gore import ConstantAngle, ConstantRadius, FlatLobe, Gore, TabulatedWidth
@@ -84,6 +85,7 @@ _HOME = {
     "Fixed": "model.supports",
     "FixedWrinkles": "model.fixed_wrinkles",
     "FlatLobe": "geometry.gore",
+    "FlowOptions": "equilibrium.solver_options",
     "Form": "equilibrium.form_finding",
     "FreeBody": "model.supports",
     "GasPressure": "model.gas_pressure",
@@ -97,6 +99,7 @@ _HOME = {
     "Modes": "stability.mode_records",
     "NaturalCurve": "geometry.natural_curve",
     "NaturalShape": "geometry.natural_shape",
+    "NewtonOptions": "equilibrium.solver_options",
     "Orthotropic": "model.orthotropic",
     "OrthotropicTensionField": "model.orthotropic",
     "Perturbed": "stability.perturbation",
@@ -171,6 +174,7 @@ __all__ = [
     "Fixed",
     "FixedWrinkles",
     "FlatLobe",
+    "FlowOptions",
     "Form",
     "FreeBody",
     "GasPressure",
@@ -184,6 +188,7 @@ __all__ = [
     "Modes",
     "NaturalCurve",
     "NaturalShape",
+    "NewtonOptions",
     "Orthotropic",
     "OrthotropicTensionField",
     "Perturbed",

@@ -12,12 +12,12 @@ from lobefem import profiling
 
 profile = profiling.start()
 
-from lobefem import inflate  # noqa: E402  the imports are measured, too
+from lobefem import NewtonOptions, inflate  # noqa: E402  the imports are measured, too
 from lobefem.io.design import Design  # noqa: E402
 
 design = Design.load("film.toml")
 balloon = design.balloon(design.surface())
-state = inflate(balloon, design.pressure.value[0], keep_tangent=False)
+state = inflate(balloon, design.pressure.value[0], options=NewtonOptions(keep_tangent=False))
 result = {"profile": profile.as_dict()} | {
     name: getattr(state, name) for name in ("volume", "max_displacement", "iterations")
 }

@@ -10,6 +10,7 @@ import numpy as np
 
 from lobefem.app.states_command import Outcome, failure, summary
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import ConvergenceError, InputError, SolveError
 from lobefem.fem.balloon import Balloon
@@ -85,7 +86,7 @@ def sensitivities(
     balloon = design.balloon(design.surface(comm, sector=True))
     said: Callable[[str], Any] = (lambda text: None) if progress is None else progress
     try:
-        state = inflate(balloon, pressure, nested=True, rtol=1e-11, progress=progress)
+        state = inflate(balloon, pressure, nested=True, options=NewtonOptions(rtol=1e-11), progress=progress)
         outcome.snapshots.append(Snapshot(balloon, pressure, state))
         said("sensitivities of the state")
         adjoint = Adjoint(state)

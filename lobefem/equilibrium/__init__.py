@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lobefem.equilibrium.pumpkin_measures import PumpkinMeasures, measure
     from lobefem.equilibrium.ramp import Increment
     from lobefem.equilibrium.sealed_gas import fill, seal
+    from lobefem.equilibrium.solver_options import FlowOptions, NewtonOptions
     from lobefem.equilibrium.state import Equilibrium, State, ideal_state, record
 
 _HOME = {
@@ -30,10 +31,12 @@ _HOME = {
     "Distorted": "displacement_control",
     "Distortion": "distortions",
     "Equilibrium": "state",
+    "FlowOptions": "solver_options",
     "Form": "form_finding",
     "GradientFlow": "gradient_flow",
     "Increment": "ramp",
     "Ledger": "energy_ledger",
+    "NewtonOptions": "solver_options",
     "PumpkinMeasures": "pumpkin_measures",
     "Record": "gradient_flow",
     "State": "state",
@@ -60,10 +63,12 @@ __all__ = [
     "Distorted",
     "Distortion",
     "Equilibrium",
+    "FlowOptions",
     "Form",
     "GradientFlow",
     "Increment",
     "Ledger",
+    "NewtonOptions",
     "PumpkinMeasures",
     "Record",
     "State",

@@ -8,10 +8,12 @@ from typing import Any
 from lobefem import checks
 from lobefem.equilibrium.distortions import Distortion, require_distortion
 from lobefem.equilibrium.inflation import Progress
-from lobefem.equilibrium.ramp import Increment, OnStep, Ramp
+from lobefem.equilibrium.ramp import PREFIX, Increment, OnStep, Ramp
+from lobefem.equilibrium.solver_options import RAMP, NewtonOptions
 from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
+from lobefem.linalg import petsc
 
 __all__ = ["Distorted", "constrain", "distort", "release_start"]
 
@@ -44,9 +46,7 @@ def distort(
     begin: float | None = None,
     steps: int = 10,
     first: float = 1.0,
-    rtol: float = 1e-8,
-    max_iterations: int = 25,
-    min_step: float = 1e-4,
+    options: NewtonOptions = RAMP,
     on_step: OnStep | None = None,
     progress: Progress | None = None,
 ) -> Distorted:
@@ -69,15 +69,13 @@ def distort(
         steps: increments of the whole ramp, if none fails.
         first: size of the first increment as a share of the others. A pressurised stack resists most
             at first.
-        rtol: norm of the residual over that of the pressure's nodal forces.
-        max_iterations: Newton iterations of one increment.
-        min_step: smallest increment, as a share of the ramp.
+        options: of Newton's method.
         on_step: called with each increment and its equilibrium, on all ranks.
         progress: called with a line of text after each solve.
 
     Raises:
         InputError: the balloon cannot be distorted so, or is under another distortion.
-        ConvergenceError: an increment of `min_step` failed; `state` is the last equilibrium and
+        ConvergenceError: an increment of `options.min_step` failed; `state` is the last equilibrium and
             `data` holds its `parameter` and the `history`.
 
     Collective.
@@ -85,17 +83,17 @@ def distort(
     checks.having("start", start, "balloon", "a state, from inflate")
     require_distortion(distortion)
     checks.integer("steps", steps, 1)
-    for name, value in (("first", first), ("min_step", min_step), ("rtol", rtol)):
-        checks.positive(name, value, "")
+    checks.positive("first", first, "")
     s = getattr(start, "parameter", 0.0) if begin is None else checks.finite("begin", begin, distortion.unit)
     balloon = constrain(start.balloon, distortion)
     q = _transfer(start, balloon, s)
-    ramp = Ramp(balloon, q, rtol, max_iterations, (distortion.kind, distortion.unit), progress)
-    try:
-        state = ramp.run(start, distortion.parameter, steps, first, min_step, on_step)
-        return Distorted(distortion, state, tuple(ramp.history))
-    finally:
-        ramp.destroy()
+    with petsc.options(PREFIX, options.petsc_options):
+        ramp = Ramp(balloon, q, options, (distortion.kind, distortion.unit), progress)
+        try:
+            state = ramp.run(start, distortion.parameter, steps, first, on_step)
+            return Distorted(distortion, state, tuple(ramp.history))
+        finally:
+            ramp.destroy()
 
 
 def constrain(balloon: Balloon, distortion: Distortion) -> Balloon:

@@ -9,6 +9,7 @@ import numpy as np
 
 from lobefem import checks
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
@@ -85,4 +86,4 @@ def full_state(state: Equilibrium, balloon: Balloon | None = None, *, rtol: floa
     whole = full_balloon(state.balloon) if balloon is None else balloon
     start = spread_state(state, whole)
     prestress = state.prestress if whole.prestressed else None
-    return inflate(whole, state.pressure, prestress=prestress, start=start, rtol=rtol)
+    return inflate(whole, state.pressure, prestress=prestress, start=start, options=NewtonOptions(rtol=rtol))

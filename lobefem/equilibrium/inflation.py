@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
@@ -14,6 +14,7 @@ from lobefem.equilibrium.firmer_slack import firmer
 from lobefem.equilibrium.grid_sequencing import coarser_balloon, interpolate
 from lobefem.equilibrium.newton import REASONS, Newton
 from lobefem.equilibrium.simpler_balloons import simpler, stretched
+from lobefem.equilibrium.solver_options import NEWTON, NewtonOptions
 from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
@@ -46,13 +47,9 @@ def inflate(
     *,
     prestress: float | None = None,
     start: Equilibrium | None = None,
-    rtol: float = 1e-8,
-    max_iterations: int = 40,
-    min_step: float = 1e-3,
+    options: NewtonOptions = NEWTON,
     on_step: Callable[[Equilibrium], None] | None = None,
     nested: bool = False,
-    keep_tangent: bool = True,
-    petsc_options: Mapping[str, Any] | None = None,
     raise_on_failure: bool = True,
     progress: Progress | None = None,
 ) -> Equilibrium:
@@ -76,18 +73,12 @@ def inflate(
             prestressed balloon and 0 otherwise.
         start: state to start from (default: the reference shape, drawn along with a lifted rim; of film
             with a load path's stress that state, in whose shape it carries it).
-        rtol: norm of the residual over that of the pressure's nodal forces.
-        max_iterations: Newton iterations of one solve.
-        min_step: smallest pressure step, as a share of the whole.
+        options: of Newton's method.
         on_step: called on all ranks with the equilibrium after each pressure step.
         nested: without a start, look first for the equilibrium on meshes half as fine and start from there
             (`lobefem.equilibrium.grid_sequencing`), where that saves time. It leads to the same state, on a
             fine mesh several times sooner; where it leads nowhere the reference shape is the start. Film on a
             surface that runs around no axis starts from its reference shape, then bulged as a soap film.
-        keep_tangent: on a large mesh, take further steps with a factorised tangent while they cost less than
-            a new one; False for Newton's method as it is in books.
-        petsc_options: of the solver, by their names without the prefix, as {"snes_monitor": None,
-            "ksp_type": "cg"}; what stands in PETSc's own database goes before.
         raise_on_failure: False to return the last state that was found where there is none at the pressure,
             with `converged` False and the reason.
         progress: called with a line of text after each solve.
@@ -101,8 +92,6 @@ def inflate(
     """
     checks.having("balloon", balloon, "reference_area", "a Balloon")
     require_pressure(balloon.film, pressure)
-    for name, value in (("min_step", min_step), ("rtol", rtol)):
-        checks.positive(name, value, "")
     if start is not None:
         checks.having("start", start, "vector", "a state, such as inflate found")
     if prestress is None:
@@ -114,14 +103,11 @@ def inflate(
             f"the start has {start.balloon.map.size} unknowns and this balloon {balloon.map.size}; start "
             "from a state on the same mesh with the same supports"
         )
-    if petsc_options is not None and not isinstance(petsc_options, Mapping):
-        raise InputError(f"petsc_options is {petsc_options!r}; give values by name, as {{'snes_max_it': 20}}")
     if balloon.gas is not None:
-        min_step = 1.0  # a smaller pressure would be the same load
-    options = (nested, rtol, max_iterations, min_step, keep_tangent, on_step, progress)
+        options = replace(options, min_step=1.0)  # a smaller pressure would be the same load
     try:
-        with petsc.options(PREFIX, petsc_options or {}):
-            return _inflated(balloon, pressure, prestress, start, *options)
+        with petsc.options(PREFIX, options.petsc_options):
+            return _inflated(balloon, pressure, prestress, start, options, nested, on_step, progress)
     except ConvergenceError as error:
         if raise_on_failure:
             raise
@@ -138,11 +124,8 @@ def _inflated(
     pressure: float,
     prestress: float,
     start: Equilibrium | None,
+    options: NewtonOptions,
     nested: bool,
-    rtol: float,
-    max_iterations: int,
-    min_step: float,
-    keep_tangent: bool,
     on_step: Callable[[Equilibrium], None] | None,
     progress: Progress | None,
 ) -> Equilibrium:
@@ -157,7 +140,7 @@ def _inflated(
     if start is None and not balloon.surface.of_revolution:
         guesses = [q.copy, lambda: bulged(balloon), lambda: bulged(balloon, 2.0)]
     elif nested and start is None:
-        finer = _from_coarser(balloon, pressure, prestress, max_iterations, keep_tangent, progress)
+        finer = _from_coarser(balloon, pressure, prestress, options, progress)
         if finer is not None:
             begin, guesses = finer, [lambda: finer]
     simple = simpler(balloon) if start is None and begin is q else []
@@ -167,7 +150,7 @@ def _inflated(
     balloon.set_loads(pressure, prestress)
     # film compressed as drawn, and hoop fibres of one gore, are unstable on the way to a stable state
     turned = balloon.map.tied or (start is None and not _rests_as_drawn(balloon))
-    solver = Newton(balloon, begin, rtol, max_iterations, PREFIX, keep=keep_tangent, turned=turned)
+    solver = Newton(balloon, begin, options, PREFIX, turned=turned)
     try:
         iterations, reason, guess = 0, 0, q
         for guessed in guesses:
@@ -202,7 +185,9 @@ def _inflated(
                     on_step(start)
                 return start
             spent = start.iterations if start is not None else 0
-        return _step(balloon, solver, q, start, pressure, prestress, min_step, on_step, progress, spent)
+        return _step(
+            balloon, solver, q, start, pressure, prestress, options.min_step, on_step, progress, spent
+        )
     finally:
         solver.destroy()
 
@@ -211,21 +196,18 @@ def _from_coarser(
     balloon: Balloon,
     pressure: float,
     prestress: float,
-    max_iterations: int,
-    keep_tangent: bool,
+    options: NewtonOptions,
     progress: Progress | None,
 ) -> Any:
     """Unknowns to start from, the equilibrium on a mesh half as fine; None where none was found."""
     coarse = coarser_balloon(balloon)
     if coarse is None:
         return None
-    q = _from_coarser(coarse, pressure, prestress, max_iterations, keep_tangent, progress)
+    q = _from_coarser(coarse, pressure, prestress, options, progress)
     if q is None:
         q = _drawn_along(coarse)
     coarse.set_loads(pressure, prestress)
-    solver = Newton(
-        coarse, q, _COARSE_RTOL, max_iterations, PREFIX, keep=keep_tangent, turned=coarse.map.tied
-    )
+    solver = Newton(coarse, q, replace(options, rtol=_COARSE_RTOL), PREFIX, turned=coarse.map.tied)
     try:
         reason, count = solver.solve(q)
         _tell(pressure, reason, count, solver.norm, progress, coarse)
@@ -260,7 +242,12 @@ def _from_simpler(simple: list[Balloon], pressure: float, prestress: float, prog
         try:
             state = stretched(balloon) if state is None else state
             state = inflate(
-                balloon, pressure, prestress=prestress, start=state, min_step=_SIMPLE_STEP, progress=progress
+                balloon,
+                pressure,
+                prestress=prestress,
+                start=state,
+                options=NewtonOptions(min_step=_SIMPLE_STEP),
+                progress=progress,
             )
         except ConvergenceError:
             break

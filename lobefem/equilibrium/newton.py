@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lobefem.equilibrium.operator import Operator
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.fem.balloon import Balloon
 from lobefem.linalg import petsc
 from lobefem.typing import SNES, Array, Vec
@@ -347,13 +348,11 @@ class Newton:
     Args:
         balloon: with its loads set.
         q: unknowns, for their size.
-        rtol: norm of the residual over that of the pressure's nodal forces.
-        max_iterations: of one solve.
+        options: tolerance, iterations of one solve, and whether tangents are kept (see `EnergySearch`).
         prefix: of PETSc's options.
         line_search: see `set_up`.
         predicted: solve with the stress that the last step predicted (`WeakForms.predicted`), for
             whole steps.
-        keep: see `EnergySearch`.
         turned: turn a step round that an indefinite tangent sends to higher energy. The line search would end
             there; but near an unstable equilibrium such steps are those that lead to it.
 
@@ -366,25 +365,23 @@ class Newton:
         self,
         balloon: Balloon,
         q: Vec,
-        rtol: float,
-        max_iterations: int,
+        options: NewtonOptions,
         prefix: str,
         line_search: str = "bt",
         predicted: bool = False,
-        keep: bool = True,
         turned: bool = False,
     ) -> None:
-        self.balloon, self.rtol, self.norm = balloon, rtol, math.inf
+        self.balloon, self.rtol, self.norm = balloon, options.rtol, math.inf
         self._r = q.duplicate()
         self._last = q.duplicate() if predicted else None
-        self._search = search = EnergySearch(balloon, keep)
+        self._search = search = EnergySearch(balloon, options.keep_tangent)
         self.symmetric = symmetric = has_symmetric_load(balloon, q)
         J, K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)
         snes.setOptionsPrefix(prefix)
         snes.setFunction(lambda snes, x, f: balloon.residual(x, f), self._r)
         snes.setJacobian(lambda snes, x, J, P: search.tangent(snes, x, self._last), J, K)
-        snes.setTolerances(rtol=0.0, stol=0.0, max_it=max_iterations)
+        snes.setTolerances(rtol=0.0, stol=0.0, max_it=options.max_iterations)
         set_up(snes, search, symmetric, line_search)
         downhill = symmetric or balloon.motion is not None
         turned = turned and downhill and balloon.forms.has_energy

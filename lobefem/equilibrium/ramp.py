@@ -18,6 +18,7 @@ import numpy as np
 from lobefem.equilibrium.energy_ledger import Ledger
 from lobefem.equilibrium.gradient_flow import GradientFlow, Record, damping_scale
 from lobefem.equilibrium.newton import REASONS, Newton, too_far
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import ConvergenceError
 from lobefem.fem.balloon import Balloon
@@ -85,7 +86,7 @@ class Ramp:
     Args:
         balloon: under its guide, with its loads set.
         q: where it starts; moved by `run`.
-        rtol, max_iterations: of Newton's method, see `distort`.
+        options: of Newton's method, see `distort`.
         words: kind and unit of the parameter, for messages.
         progress: called with a line of text after each solve.
 
@@ -96,8 +97,7 @@ class Ramp:
         self,
         balloon: Balloon,
         q: Vec,
-        rtol: float,
-        max_iterations: int,
+        options: NewtonOptions,
         words: tuple[str, str],
         progress: Callable[[str], None] | None = None,
     ) -> None:
@@ -106,8 +106,9 @@ class Ramp:
         self.prescribed: PrescribedMotion = balloon.prescribed
         self.history: list[Increment] = []
         self._kind, self._unit = words
+        self._min_step = options.min_step
         self._progress, self._done = progress, 0.0  # a share of the way
-        self._newton = Newton(balloon, q, rtol, max_iterations, PREFIX, "basic", predicted=True)
+        self._newton = Newton(balloon, q, options, PREFIX, "basic", predicted=True)
         # parameter and q of the last two equilibria on one branch
         self._found: list[tuple[float, Any]] = []
         self._on_branch = 0  # equilibria since the last damped motion
@@ -118,7 +119,6 @@ class Ramp:
         end: float,
         steps: int,
         first: float,
-        min_step: float,
         on_step: OnStep | None,
     ) -> Equilibrium:
         """Go from the guide's present parameter to another, see `distort`. Collective."""
@@ -149,7 +149,7 @@ class Ramp:
                     return state
             else:
                 step, passed, failed = min(step, target - share) / 2, 0, failed + 1
-                if step < min_step or not self._found:
+                if step < self._min_step or not self._found:
                     self._give_up(state, begin + share * span, end, why)
                 self._back()
             # no remnant of a rounding error at the end

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from lobefem import checks
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.model.gas_pressure import SealedGas
@@ -76,7 +77,12 @@ def fill(
         try:
             guess = max(state.pressure, math.ulp(1.0))
             state = inflate(
-                balloon, guess, prestress=state.prestress, start=state, rtol=rtol, progress=progress
+                balloon,
+                guess,
+                prestress=state.prestress,
+                start=state,
+                options=NewtonOptions(rtol=rtol),
+                progress=progress,
             )
         except ConvergenceError as error:
             step /= 2

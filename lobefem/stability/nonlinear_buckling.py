@@ -15,6 +15,7 @@ from typing import Any
 from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.inflation import Progress, inflate
 from lobefem.equilibrium.newton import has_symmetric_stiffness
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Checkpoint, Equilibrium, ideal_state
 from lobefem.errors import ConvergenceError, EigenError, InputError
 from lobefem.fem.balloon import Balloon
@@ -196,7 +197,13 @@ class _Path:
         if self.state == "ideal":
             return self.modes(ideal_state(self.balloon, target))
         try:
-            state = inflate(self.balloon, target, start=low.state, min_step=1.0, progress=self.progress)
+            state = inflate(
+                self.balloon,
+                target,
+                start=low.state,
+                options=NewtonOptions(min_step=1.0),
+                progress=self.progress,
+            )
         except ConvergenceError:
             return None
         return None if jumped(low.state, state) else self.modes(state)

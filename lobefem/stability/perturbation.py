@@ -20,6 +20,7 @@ from lobefem.equilibrium.energy_ledger import Ledger
 from lobefem.equilibrium.gradient_flow import Record
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.ramp import Increment
+from lobefem.equilibrium.solver_options import FlowOptions
 from lobefem.equilibrium.state import Checkpoint, Equilibrium, State, require_whole
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem.balloon import Balloon
@@ -189,7 +190,7 @@ def perturb(
         released = release(
             start,
             undistorted=original,
-            damping=damping,
+            options=FlowOptions(damping=damping),
             ledger=next(p.ledger for p in reversed(log.history) if p.time is None),
             history=log.records,
             on_step=log.moved,

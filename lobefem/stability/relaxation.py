@@ -16,6 +16,7 @@ from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.energy_ledger import Ledger
 from lobefem.equilibrium.gradient_flow import GradientFlow, Record, damping_scale
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import FLOW, FlowOptions, NewtonOptions
 from lobefem.equilibrium.state import Equilibrium, State
 from lobefem.errors import ConvergenceError, EigenError, InputError
 from lobefem.fem.functionals import largest
@@ -94,12 +95,7 @@ def release(
     start: State,
     *,
     undistorted: Equilibrium | None = None,
-    damping: float = 1.0,
-    tolerance: float = 2e-4,
-    settled: float = 1e-6,
-    max_steps: int = 1000,
-    end_time: float | None = None,
-    fade: float | None = None,
+    options: FlowOptions = FLOW,
     ledger: Ledger | None = None,
     history: Sequence[Record] = (),
     count: int = 4,
@@ -118,15 +114,7 @@ def release(
     Args:
         start: loads and unknowns to start from; any temporary constraint is gone.
         undistorted: the equilibrium to return to; by default that from the shape as designed.
-        damping: c as a multiple of `damping_scale`.
-        tolerance: of the error of a time step, root mean square over the nodes, as a share of the
-            square root of the film's area.
-        settled: residual, over the norm of the pressure's nodal forces, at which the motion ends.
-        max_steps: of the motion.
-        end_time: the motion's end [s]; by default when it has settled.
-        fade: time in which the forces that held the start die away [s], as Abaqus turns a boundary
-            condition that is removed in a static step into its force, and that linearly to zero. By
-            default they are gone at once.
+        options: of the damped motion.
         ledger: of the imposed distortion, to go on from.
         history: records of the run to go on with.
         count: modes to compute.
@@ -141,8 +129,8 @@ def release(
     """
     checks.having("start", start, "balloon", "a state, from inflate or distort")
     balloon = start.balloon
-    _check(start, damping, tolerance, settled, max_steps, end_time, fade)
-    if fade is not None and history:
+    _check(start)
+    if options.fade is not None and history:
         raise InputError("a release whose forces fade cannot be resumed; start it afresh")
     say = progress or (lambda text: None)
     if undistorted is None:
@@ -160,19 +148,19 @@ def release(
         if on_step is not None:
             on_step(record, State(balloon, start.pressure, start.prestress, unknowns))
 
-    c = damping * damping_scale(balloon)
+    c = options.damping * damping_scale(balloon)
     flow = GradientFlow(
         balloon,
         q,
         damping=c,
-        tolerance=tolerance * size,
-        settled=settled,
+        tolerance=options.tolerance * size,
+        settled=options.settled,
         ledger=ledger or Ledger(),
-        fade=fade,
+        fade=options.fade,
         on_step=report,
     )
     try:
-        end = flow.run(history, max_steps, end_time)
+        end = flow.run(history, options.max_steps, options.end_time)
         records, rejected = tuple(flow.history), flow.ts.getStepRejections()
     finally:
         flow.destroy()
@@ -209,20 +197,7 @@ def release(
     )
 
 
-def _check(
-    start: State,
-    damping: float,
-    tolerance: float,
-    settled: float,
-    max_steps: int,
-    end_time: float | None,
-    fade: float | None,
-) -> None:
-    numbers = {"damping": damping, "tolerance": tolerance, "settled": settled, "max_steps": max_steps}
-    numbers |= {k: v for k, v in {"end_time": end_time, "fade": fade}.items() if v is not None}
-    for name, value in numbers.items():
-        if not (math.isfinite(value) and value > 0):
-            raise InputError(f"{name} = {value} must be a positive number")
+def _check(start: State) -> None:
     if not (math.isfinite(start.pressure) and start.pressure):
         raise InputError(f"a release needs a gas pressure; the start has {start.pressure} Pa")
     require_energy(start.balloon.film)
@@ -233,7 +208,13 @@ def _undamped(last: State) -> tuple[Equilibrium | None, str]:
     start: Any = last
     try:
         # one step: the pressure does not change, so that a smaller one would be the same
-        return inflate(last.balloon, last.pressure, prestress=last.prestress, start=start, min_step=1.0), ""
+        return inflate(
+            last.balloon,
+            last.pressure,
+            prestress=last.prestress,
+            start=start,
+            options=NewtonOptions(min_step=1.0),
+        ), ""
     except ConvergenceError as error:
         return None, f"{error.data['reason']}, |r| = {error.data['residual']:.1e}"
 

@@ -20,6 +20,7 @@ from scipy.sparse.linalg import splu
 from lobefem import checks
 from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
@@ -453,7 +454,7 @@ def critical_sensitivity(
             break
         # no further than to twice or half of it, where the path is another one
         pressure = min(max(state.pressure + step, state.pressure / 2), 2 * state.pressure)
-        state = inflate(state.balloon, pressure, start=state, rtol=1e-11)
+        state = inflate(state.balloon, pressure, start=state, options=NewtonOptions(rtol=1e-11))
     else:
         raise EigenError(
             f"the critical pressure of n = {harmonic} was not found near {state.pressure:.4g} Pa; start at a "

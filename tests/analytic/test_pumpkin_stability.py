@@ -9,6 +9,7 @@ from arcs import Arcs, critical_lobes
 from builders import isotensoid_pumpkin as pumpkin
 
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry.gore import ConstantAngle, Gore
 from lobefem.geometry.pumpkin import PumpkinRecipe
@@ -72,7 +73,10 @@ def fibres(gores, angle, divisions=(32, 8), pressure=1.0):
     state = None
     for share in (1e-3, 1e-5, 1e-7, 0.0):  # unstressed fibres alone are a mechanism
         state = inflate(
-            Balloon(surface, replace(film, slack_stiffness=share), parts), pressure, start=state, rtol=1e-9
+            Balloon(surface, replace(film, slack_stiffness=share), parts),
+            pressure,
+            start=state,
+            options=NewtonOptions(rtol=1e-9),
         )
     return state
 

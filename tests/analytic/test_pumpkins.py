@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from scipy.spatial import cKDTree
 
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Checkpoint
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import true_resultants
@@ -74,7 +75,7 @@ def computed_lobe(comm, columns, Et, alpha):
     guess = CHORD / math.sin(alpha) * arc - balloon.X * [0, 1, 1]
     start = Checkpoint(balloon, PRESSURE, 0.0, guess.ravel()[balloon.map.free])
     with options("lobefem_inflate_", {"snes_linesearch_type": "basic"}):
-        state = inflate(balloon, PRESSURE, start=start, rtol=1e-10)
+        state = inflate(balloon, PRESSURE, start=start, options=NewtonOptions(rtol=1e-10))
     x, forces = nodal_forces(balloon, state)
     held = x[:, 1] > CHORD * (1 - 1e-9)
     balloon.set_unknowns(state.vector())

@@ -13,6 +13,7 @@ from lobefem.equilibrium.displacement_control import release_start
 from lobefem.equilibrium.distortions import Tip
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.sealed_gas import fill, seal
+from lobefem.equilibrium.solver_options import FlowOptions
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.linalg.banded import as_scipy
@@ -158,7 +159,10 @@ def test_a_sealed_stack_returns_and_its_ledger_closes(comm):
     assert found.imposed.pressure > 5.0 + 1e-4  # a tilted stack is smaller
     assert found.ramp[-1].ledger.error < 0.01
     end = release(
-        release_start(found.imposed), undistorted=found.original, ledger=found.ramp[-1].ledger, tolerance=2e-5
+        release_start(found.imposed),
+        undistorted=found.original,
+        ledger=found.ramp[-1].ledger,
+        options=FlowOptions(tolerance=2e-5),
     )
     assert end.outcome == "returned"
     assert end.ledger.error < 0.01

@@ -9,6 +9,7 @@ from flatfilm import cell_resultants, nodal_forces, rectangle, stretched
 from scipy.optimize import brentq
 
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.errors import ConvergenceError
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry.stacks import cylinder
@@ -57,7 +58,7 @@ def bent_strip(comm, film, X, divisions):
         Fixed(lambda x: np.isclose(x[0], 1), (0,), bending),
         Fixed(lambda x: np.isclose(x[0], 0) & np.isclose(x[1], 1), (1,)),
     )
-    state = stretched(balloon, bending, max_iterations=60)
+    state = stretched(balloon, bending, options=NewtonOptions(max_iterations=60))
     x, forces = nodal_forces(balloon, state)
     end = np.isclose(x[:, 0], 1)
     P, M = forces[end, 0].sum(), (forces[end, 0] * (x[end, 1] - 0.5)).sum()
@@ -142,7 +143,7 @@ def ray_angles(comm, film, U, W, length, rows):
     surface = rectangle(comm, length, HEIGHT, (round(rows * length / HEIGHT), rows))
     edges = Fixed(lambda x: np.isclose(x[1], 0)), Fixed(lambda x: np.isclose(x[1], HEIGHT), (0, 1, 2), shear)
     balloon = flat(surface, film, *edges)
-    state = stretched(balloon, shear, max_iterations=100)
+    state = stretched(balloon, shear, options=NewtonOptions(max_iterations=100))
     x, N = cell_resultants(balloon, state)
     angle = np.degrees(np.arctan2(2 * N[:, 2], N[:, 0] - N[:, 1]) / 2)
     near = (np.abs(x[:, 1] - HEIGHT / 2) < 0.6 * HEIGHT / rows) & (x[:, 0] < length / 2)
@@ -203,10 +204,10 @@ def test_inflated_tube_in_bending(comm):
     film, state = TensionField(), None
     bent, wrinkled = {}, {}
 
-    def bend(share, **options):
+    def bend(share, **limits):
         load = PlateLoad(moment=(share * UNIT, 0.0, 0.0))
         balloon = Balloon(surface, film, [GasPressure("closed"), EndPlates(bar=False), load])
-        found = inflate(balloon, PRESSURE, start=state, min_step=0.9, **options)
+        found = inflate(balloon, PRESSURE, start=state, options=NewtonOptions(min_step=0.9, **limits))
         turn = dict(zip(balloon.motion.names, balloon.map.parameters(found.restore()), strict=True))
         bent[share] = turn["top_rotation_x"] / TUBE * film.Et / PRESSURE
         # away from the plates, which hold the film round

@@ -6,6 +6,7 @@ import pytest
 
 from lobefem.app import cli
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.io.design import Design
 from lobefem.viz.sensitivity_table import sensitivity_table
 from lobefem.viz.verdict import verdict
@@ -40,7 +41,11 @@ def test_a_stable_harmonic_has_its_eigenvalue(lobefem_json):
     volumes = []
     for share in (1 - h, 1 + h):
         other = design.with_overrides({"shape.half_angle": angle * share})
-        volumes.append(inflate(other.balloon(other.surface(sector=True)), 100.0, rtol=1e-11).volume)
+        volumes.append(
+            inflate(
+                other.balloon(other.surface(sector=True)), 100.0, options=NewtonOptions(rtol=1e-11)
+            ).volume
+        )
     found = changes["half angle"]["volume"]
     assert found == pytest.approx(0.01 * (volumes[1] - volumes[0]) / (2 * h), rel=1e-2)
     head, rows = sensitivity_table(results)

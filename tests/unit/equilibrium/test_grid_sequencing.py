@@ -6,6 +6,7 @@ from states import nodes, unknowns
 
 from lobefem.equilibrium import grid_sequencing
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.fem.balloon import Balloon
 from lobefem.geometry.isotensoid import Isotensoid
 from lobefem.geometry.stacks import lobed_cylinder
@@ -79,7 +80,7 @@ def test_where_the_coarse_start_leads_nowhere_the_reference_shape_does(comm, mon
 
     monkeypatch.setattr("lobefem.equilibrium.inflation.interpolate", astray)
     said = []
-    found = inflate(balloon, 5.0, nested=True, max_iterations=12, progress=said.append)
+    found = inflate(balloon, 5.0, nested=True, options=NewtonOptions(max_iterations=12), progress=said.append)
     assert found.converged
     assert len(said) == 3
 

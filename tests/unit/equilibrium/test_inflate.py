@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import ideal_state
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem import rigid_motions
@@ -92,8 +93,8 @@ def test_a_state_keeps_its_own_copies(comm):
 
 def test_start_makes_no_difference_to_the_equilibrium(comm):
     balloon = stack(comm, TensionField())
-    once = inflate(balloon, 20.0, rtol=1e-11)
-    twice = inflate(balloon, 20.0, start=inflate(balloon, 5.0), rtol=1e-11)
+    once = inflate(balloon, 20.0, options=NewtonOptions(rtol=1e-11))
+    twice = inflate(balloon, 20.0, start=inflate(balloon, 5.0), options=NewtonOptions(rtol=1e-11))
     np.testing.assert_allclose(once.displacement, twice.displacement, rtol=0, atol=1e-9)
     assert twice.steps == (20.0,)
 
@@ -110,7 +111,7 @@ def test_a_tangent_is_kept_while_it_serves(comm, monkeypatch):
     kept = inflate(balloon, 5.0)
     assert len(tangents) < kept.iterations
     tangents.clear()
-    renewed = inflate(balloon, 5.0, keep_tangent=False)
+    renewed = inflate(balloon, 5.0, options=NewtonOptions(keep_tangent=False))
     assert len(tangents) == renewed.iterations <= kept.iterations
     assert kept.volume == pytest.approx(renewed.volume, rel=1e-10)
 
@@ -148,7 +149,7 @@ def test_a_failed_inflation_returns_the_last_converged_state(comm):
     low = inflate(balloon, 5.0)
     before = low.unknowns.copy()
     with pytest.raises(ConvergenceError) as failed:
-        inflate(balloon, 1e5, start=low, max_iterations=1, min_step=0.1, rtol=1e-13)
+        inflate(balloon, 1e5, start=low, options=NewtonOptions(max_iterations=1, min_step=0.1, rtol=1e-13))
     text = str(failed.value)
     assert text.startswith("inflate stopped at 5 Pa of 100000 Pa (too many iterations, |r| = ")
     assert "try " in text
@@ -164,7 +165,7 @@ def test_pressure_steps_reach_what_one_solve_does_not(comm):
     needed = inflate(balloon, 2e4).iterations
     assert needed > 3
     lines = []
-    stepped = inflate(balloon, 2e4, max_iterations=needed - 1, progress=lines.append)
+    stepped = inflate(balloon, 2e4, options=NewtonOptions(max_iterations=needed - 1), progress=lines.append)
     assert len(stepped.steps) > 1
     assert stepped.steps[-1] == 2e4
     assert list(stepped.steps) == sorted(stepped.steps)
@@ -186,7 +187,7 @@ def test_users_options_reach_snes(comm):
     options["snes_max_it"] = 1
     try:
         with pytest.raises(ConvergenceError, match="too many iterations"):
-            inflate(balloon, 5e4, min_step=0.6)
+            inflate(balloon, 5e4, options=NewtonOptions(min_step=0.6))
     finally:
         options.delValue("snes_max_it")
     assert inflate(balloon, 5.0).converged

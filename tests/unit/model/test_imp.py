@@ -13,6 +13,7 @@ from laws import strains as some_strains
 from states import nodes, unknowns, wavy
 
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import region_areas
@@ -268,7 +269,7 @@ def test_secant_needs_more_iterations_than_the_consistent_tangent(comm):
     surface, counts, volumes = path.balloon.surface, [], []
     for tangent in ("consistent", "secant"):
         balloon = stack(comm, IMP(tangent=tangent), surface, load_path=path, hoop_slack=1e-4)
-        state = inflate(balloon, 5.0, start=path, max_iterations=100)
+        state = inflate(balloon, 5.0, start=path, options=NewtonOptions(max_iterations=100))
         assert state.steps == (5.0,)
         counts.append(state.iterations)
         volumes.append(state.volume)

@@ -7,6 +7,7 @@ from builders import stack
 
 from lobefem.equilibrium.full_model import full_balloon, full_state
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.errors import InputError
 from lobefem.fem.functionals import largest
 from lobefem.geometry.stacks import lobed_cylinder
@@ -26,7 +27,7 @@ def test_the_full_balloon_of_a_gore(flat):
 
 
 def test_full_state_is_the_full_models_equilibrium():
-    state = inflate(pumpkin(), 300.0, rtol=1e-11)
+    state = inflate(pumpkin(), 300.0, options=NewtonOptions(rtol=1e-11))
     full = full_state(state)
     assert full.iterations <= 1
     assert full.balloon.surface.copies == 1
@@ -39,14 +40,14 @@ def test_full_state_is_the_full_models_equilibrium():
 def test_full_state_of_a_stack():
     surface = lobed_cylinder(2, (4, 8), sector=True)
     plates = EndPlates(bar=False)
-    state = inflate(stack(surface=surface, plates=plates), 5.0, rtol=1e-11)
+    state = inflate(stack(surface=surface, plates=plates), 5.0, options=NewtonOptions(rtol=1e-11))
     full = full_state(state, stack(divisions=(4, 8), plates=plates))
     assert full.volume == pytest.approx(state.volume, rel=1e-10)
     assert full.iterations <= 1
 
 
 def test_full_modes_are_those_of_the_full_model():
-    state = inflate(pumpkin(), 300.0, rtol=1e-11)
+    state = inflate(pumpkin(), 300.0, options=NewtonOptions(rtol=1e-11))
     found = find_modes(state, 20, harmonics=range(5))
     full = full_modes(found)
     balloon = full.state.balloon

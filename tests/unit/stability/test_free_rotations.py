@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import ideal_state
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.functionals import displacement_of
@@ -119,13 +120,13 @@ def test_branches_of_single_harmonics_leave_rotations_out(comm):
 def test_rotations_of_a_tilted_equilibrium_cost_nothing(comm, load):
     """Of a stack that lies 0.3 rad aside, whose bottom plate's two tilts are no rotations about x and y."""
     b = balloon(comm, load=load, film=Isotropic(), lobes=2, divisions=(4, 6), order=1)
-    state = inflate(b, 1000.0, rtol=1e-11)
+    state = inflate(b, 1000.0, options=NewtonOptions(rtol=1e-11))
     q = state.vector()
     turn = FreeRotations(b, q, b.mass(q)).vectors[0]
     q.axpy(0.3 / np.abs(b.map.parameters(turn)[:2]).max(), turn)
     with q as array:
         start = array.copy()
-    tilted = inflate(b, 1000.0, start=replace(state, unknowns=start), rtol=1e-11)
+    tilted = inflate(b, 1000.0, start=replace(state, unknowns=start), options=NewtonOptions(rtol=1e-11))
     q = tilted.restore()
     assert np.linalg.norm(b.map.parameters(q)[:2]) > 0.1
     rotations = FreeRotations(b, q, b.mass(q))

@@ -8,6 +8,7 @@ from builders import isotensoid_pumpkin as pumpkin
 from builders import stack
 
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.errors import InputError
 from lobefem.geometry.stacks import lobed_cylinder
 from lobefem.linalg import petsc
@@ -47,7 +48,9 @@ CASES = {
 def both(pressure=300.0, **given):
     """The states of one gore and of the full balloon."""
     gore, full = (pumpkin(**given, full=full) for full in (False, True))
-    return inflate(gore, pressure, rtol=1e-11), inflate(full, pressure, rtol=1e-11)
+    return inflate(gore, pressure, options=NewtonOptions(rtol=1e-11)), inflate(
+        full, pressure, options=NewtonOptions(rtol=1e-11)
+    )
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -68,8 +71,8 @@ def test_a_stack_has_the_modes_of_its_sector():
     full = stack(divisions=(6, 10), plates=EndPlates(bar=False))
     surface = lobed_cylinder(2, (6, 10), sector=True)
     sector = stack(surface=surface, plates=EndPlates(bar=False))
-    wanted = find_modes(inflate(full, 5.0, rtol=1e-11), 20)
-    found = find_modes(inflate(sector, 5.0, rtol=1e-11), 20, harmonics=range(6))
+    wanted = find_modes(inflate(full, 5.0, options=NewtonOptions(rtol=1e-11)), 20)
+    found = find_modes(inflate(sector, 5.0, options=NewtonOptions(rtol=1e-11)), 20, harmonics=range(6))
     assert found.values == pytest.approx(wanted.values, rel=1e-8)
     # a mode of the full mesh counts its harmonic up to half its nodes on a ring, and so does a sector of one
     assert sorted(m.harmonic for m in found.modes) == sorted(m.harmonic for m in wanted.modes)
@@ -117,7 +120,9 @@ def test_kinds_are_named():
 
 def test_a_pinned_sector_turns_freely():
     surface = lobed_cylinder(1, (6, 8), sector=True)
-    state = inflate(stack(surface=surface, plates=EndPlates("pinned", bar=False)), 5.0, rtol=1e-11)
+    state = inflate(
+        stack(surface=surface, plates=EndPlates("pinned", bar=False)), 5.0, options=NewtonOptions(rtol=1e-11)
+    )
     found = find_modes(state, 6, harmonics=range(5))
     turns = [m for m in found.modes if m.rigid]
     assert [m.kind for m in turns] == [RIGID, RIGID]
@@ -158,7 +163,9 @@ def test_other_laws_of_the_tension_field_agree():
     """The orthotropic law with equal moduli is the isotropic one, in modes too."""
     equal = {"E1": 300e6, "E2": 300e6, "nu12": 0.4, "thickness": 38e-6}
     values = [
-        find_modes(inflate(pumpkin(film=film), 300.0, rtol=1e-11), 4, harmonics=[0, 2]).values
+        find_modes(
+            inflate(pumpkin(film=film), 300.0, options=NewtonOptions(rtol=1e-11)), 4, harmonics=[0, 2]
+        ).values
         for film in (
             TensionField(**FILM, slack_stiffness=1e-4),
             OrthotropicTensionField(**equal, slack_stiffness=1e-4),

@@ -13,6 +13,7 @@ from lobefem.equilibrium.distortions import Tip
 from lobefem.equilibrium.energy_ledger import Ledger
 from lobefem.equilibrium.gradient_flow import GradientFlow, damping_scale
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.solver_options import FlowOptions
 from lobefem.equilibrium.state import State
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
@@ -81,7 +82,7 @@ def test_a_stable_balloon_returns(comm, load):
 @pytest.mark.slow
 def test_the_ledger_closes_and_nothing_but_damping_takes_energy(comm):
     balloon, rest = stack(comm)
-    found = release(swayed(balloon, 1.0), undistorted=rest, tolerance=2e-4)
+    found = release(swayed(balloon, 1.0), undistorted=rest, options=FlowOptions(tolerance=2e-4))
     ledger, first = found.ledger, found.history[0]
     assert ledger.error < 1e-2
     assert ledger.constraint == ledger.contact == 0
@@ -98,7 +99,7 @@ def test_the_ledger_closes_and_nothing_but_damping_takes_energy(comm):
 def test_film_load_works_on_the_plates_centres(comm):
     """p dV is not all the work of a `film` load: without the plates' share the ledger stays open."""
     balloon, rest = stack(comm, "film")
-    found = release(swayed(balloon, 2.0), undistorted=rest, tolerance=2e-4, count=1)
+    found = release(swayed(balloon, 2.0), undistorted=rest, options=FlowOptions(tolerance=2e-4), count=1)
     assert found.ledger.error < 1e-2
     volume = 5.0 * (found.history[-1].volume - found.history[0].volume)
     assert abs(found.ledger.pressure - volume) > 0.0
@@ -111,7 +112,7 @@ def test_a_dead_load_works_too_and_is_no_contact(comm):
     balloon = Balloon(surface, TensionField(), [*parts, PlateLoad((0.0, 3.0, -20.0))], prestressed=True)
     rest = inflate(balloon, 5.0)
     start = State(balloon, 5.0, 5.0, inflate(without, 5.0).unknowns)
-    found = release(start, undistorted=rest, tolerance=2e-4, count=1)
+    found = release(start, undistorted=rest, options=FlowOptions(tolerance=2e-4), count=1)
     assert found.outcome == RETURNED
     assert found.ledger.error < 1e-2
     assert found.ledger.contact == 0
@@ -140,7 +141,9 @@ def test_damping_changes_the_time_and_nothing_else(comm):
     balloon, rest = stack(comm, lobes=1)
     assert damping_scale(balloon) == pytest.approx(5.0 / math.sqrt(balloon.reference_area))  # times a second
     start = swayed(balloon, 0.5)
-    runs = [release(start, undistorted=rest, damping=c, count=1) for c in (1.0, 0.1, 0.01)]
+    runs = [
+        release(start, undistorted=rest, options=FlowOptions(damping=c), count=1) for c in (1.0, 0.1, 0.01)
+    ]
     assert [run.outcome for run in runs] == [RETURNED] * 3
     for run, share in zip(runs, (1.0, 0.1, 0.01), strict=True):
         assert run.damping == pytest.approx(share * damping_scale(balloon))
@@ -154,7 +157,9 @@ def test_damping_changes_the_time_and_nothing_else(comm):
 def test_what_only_damping_holds_is_no_equilibrium(comm):
     """Stopped early the balloon is still where it was put, as with too much STABILIZE."""
     balloon, rest = stack(comm)
-    found = release(swayed(balloon, 1.0), undistorted=rest, damping=1e3, end_time=1.0, count=1)
+    found = release(
+        swayed(balloon, 1.0), undistorted=rest, options=FlowOptions(damping=1e3, end_time=1.0), count=1
+    )
     assert found.end == "end of time"
     assert found.history[-1].time == pytest.approx(1.0)
     assert found.history[-1].top[0] > 0.1
@@ -200,7 +205,9 @@ def test_a_mode_decays_at_its_eigenvalue_over_the_damping(comm):
         times.append(record.time - record.step)
         amplitudes.append(dual.dot(q) / scale)
 
-    found = release(start, undistorted=rest, tolerance=1e-9, settled=1e-8, on_step=keep, count=1)
+    found = release(
+        start, undistorted=rest, options=FlowOptions(tolerance=1e-9, settled=1e-8), on_step=keep, count=1
+    )
     exact = size * np.exp(-mode.value.real / found.damping * np.array(times))
     np.testing.assert_allclose(amplitudes, exact, atol=0.02 * size)
     assert min(amplitudes) < 0.1 * size
@@ -287,17 +294,20 @@ def test_a_ledger_tells_what_is_missing():
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"damping": 0.0}, "damping = 0.0 must be a positive number"),
-        ({"tolerance": -1.0}, "tolerance = -1.0"),
-        ({"settled": math.nan}, "settled = nan"),
-        ({"max_steps": 0}, "max_steps = 0"),
-        ({"end_time": 0.0}, "end_time = 0.0"),
+        ({"damping": 0.0}, "damping is 0.0; give a positive number"),
+        ({"tolerance": -1.0}, "tolerance is -1.0"),
+        ({"settled": math.nan}, "settled is nan"),
+        ({"max_steps": 0}, "max_steps is 0"),
+        ({"end_time": 0.0}, "end_time is 0.0"),
     ],
 )
-def test_numbers_out_of_range_are_refused(comm, change, text):
-    balloon, rest = stack(comm, divisions=(4, 6))
+def test_numbers_out_of_range_are_refused(change, text):
     with pytest.raises(InputError, match=text):
-        release(rest, **change)
+        FlowOptions(**change)
+
+
+def test_a_release_needs_a_gas_pressure(comm):
+    balloon, rest = stack(comm, divisions=(4, 6))
     empty = State(balloon, 0.0, 0.0, rest.unknowns)
     with pytest.raises(InputError, match="needs a gas pressure"):
         release(empty)
@@ -308,9 +318,9 @@ def test_numbers_out_of_range_are_refused(comm, change, text):
 def test_solving_each_step_roughly_leads_the_same_way(comm, monkeypatch):
     balloon, rest = stack(comm)
     start = swayed(balloon, 2.0)
-    rough = release(start, undistorted=rest, tolerance=1e-4, count=1)
+    rough = release(start, undistorted=rest, options=FlowOptions(tolerance=1e-4), count=1)
     monkeypatch.setattr("lobefem.equilibrium.gradient_flow._CLOSE", 1e-6)
-    exact = release(start, undistorted=rest, tolerance=1e-4, count=1)
+    exact = release(start, undistorted=rest, options=FlowOptions(tolerance=1e-4), count=1)
     assert rough.outcome == exact.outcome == RETURNED
     assert rough.history[-1].iterations < exact.history[-1].iterations
     sways = [(np.array([r.time for r in a.history]), [r.top[0] for r in a.history]) for a in (rough, exact)]
@@ -347,7 +357,9 @@ def test_forces_that_fade_slowly_do_the_work_that_damping_does_otherwise(comm):
     balloon, rest = stack(comm, lobes=1)
     start = swayed(balloon, 0.5)
     at_once, faded = (
-        release(start, undistorted=rest, damping=0.01, fade=fade, tolerance=2e-4, count=1)
+        release(
+            start, undistorted=rest, options=FlowOptions(damping=0.01, fade=fade, tolerance=2e-4), count=1
+        )
         for fade in (None, 1.0)
     )
     assert {at_once.outcome, faded.outcome} == {RETURNED}
@@ -361,6 +373,6 @@ def test_forces_that_fade_slowly_do_the_work_that_damping_does_otherwise(comm):
     assert faded.history[-1].time >= 1.0
     assert faded.history[1].relative_residual < 1e-2 * at_once.history[1].relative_residual
     with pytest.raises(InputError, match="cannot be resumed"):
-        release(start, undistorted=rest, fade=1.0, history=faded.history)
-    with pytest.raises(InputError, match="fade = 0 must be a positive number"):
-        release(start, undistorted=rest, fade=0)
+        release(start, undistorted=rest, options=FlowOptions(fade=1.0), history=faded.history)
+    with pytest.raises(InputError, match="fade is 0; give a positive number"):
+        release(start, undistorted=rest, options=FlowOptions(fade=0))
