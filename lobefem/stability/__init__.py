@@ -79,6 +79,7 @@ _HOME = {
     "sector_balloon": "cyclic",
     "slack_critical_pressure": "one_sided",
     "trace": "tracing",
+    "trend": "refinement",
     "unstable_from": "continuum",
 }
 
@@ -122,6 +123,7 @@ __all__ = [
     "sector_balloon",
     "slack_critical_pressure",
     "trace",
+    "trend",
     "unstable_from",
 ]
 
