@@ -161,7 +161,7 @@ def _inflated(
             if reason > 0:
                 break
         if reason <= 0 and firm:
-            guess = _through(firm, q, pressure, prestress, max_iterations, progress)
+            guess = _through(firm, q, pressure, prestress, options.max_iterations, progress)
             reason, count = solver.solve(guess)
             iterations += count
             _tell(pressure, reason, count, solver.norm, progress)
@@ -179,7 +179,7 @@ def _inflated(
             return state
         spent = 0
         if start is None and not _rests_as_drawn(balloon):
-            start = _first(balloon, solver, q, pressure, prestress, firm, max_iterations, progress)
+            start = _first(balloon, solver, q, pressure, prestress, firm, options.max_iterations, progress)
             if start is not None and start.pressure == pressure:
                 if on_step is not None:
                     on_step(start)
@@ -226,7 +226,7 @@ def _through(
     guess = q.copy()
     for balloon in firm:
         balloon.set_loads(pressure, prestress)
-        solver = Newton(balloon, guess, _COARSE_RTOL, steps, PREFIX, turned=True)
+        solver = Newton(balloon, guess, NewtonOptions(_COARSE_RTOL, steps), PREFIX, turned=True)
         try:
             reason, count = solver.solve(guess)
             _tell(pressure, reason, count, solver.norm, progress)
