@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from benchmarks import cost_model, scaling, scaling_report
+from benchmarks import cost_model, pumpkin_evolver, scaling, scaling_report
 from benchmarks.compare import PROGRAMS, attempt, medians, run
 from benchmarks.problem import CASES, EXACT, MESHES, Answer, Case, film
 from benchmarks.programs import Job
@@ -138,3 +138,16 @@ def test_a_scaling_run_tells_time_memory_and_the_same_answer(tmp_path):
     assert kept == [found]
     scaling_report.write_report(tmp_path, [found])
     assert f"| {found['unknowns']} | 1 |" in (tmp_path / "scaling.md").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.serial
+def test_pumpkin_of_surface_evolver():
+    if not pumpkin_evolver.executable():
+        pytest.skip("Surface Evolver is not there")
+    size = 12, (8, 2)
+    other = pumpkin_evolver.by_evolver(*size)
+    for full in (False, True):
+        ours = pumpkin_evolver.by_lobefem(*size, full)
+        assert ours["volume"] == pytest.approx(other["volume"], rel=1e-5)
+        assert ours["eigenvalue"] == pytest.approx(other["eigenvalue"], rel=1e-6)

@@ -20,7 +20,7 @@ NAME = "Surface Evolver"
 
 def missing() -> str | None:
     """Why it cannot run, None if it can."""
-    return None if _executable() else "evolver-nox-d is not there (Debian: evolver-nox)"
+    return None if executable() else "evolver-nox-d is not there (Debian: evolver-nox)"
 
 
 def unable(case: Case) -> str | None:
@@ -31,7 +31,7 @@ def unable(case: Case) -> str | None:
 def prepare(case: Case, folder: Path) -> Job:
     """Write the datafile; the commands in it do all."""
     (folder / "film.fe").write_text(_datafile(case), encoding="ascii")
-    command = [str(_executable()), "film.fe"]
+    command = [str(executable()), "film.fe"]
     return Job(command, stdin="q\nq\n")
 
 
@@ -42,7 +42,8 @@ def answer(case: Case, folder: Path, output: str) -> Answer:
     return Answer(float(volume), float(displacement), int(float(iterations)))
 
 
-def _executable() -> str | None:
+def executable() -> str | None:
+    """Its program, with its own libraries or Debian's; None where there is none."""
     ours = PEERS / "debian/usr/bin/evolver-nox-d"
     return str(ours) if os.access(ours, os.X_OK) else shutil.which("evolver-nox-d")
 
