@@ -13,9 +13,11 @@ from lobefem.faces import face
 from lobefem.version import __version__
 
 if TYPE_CHECKING:
+    from lobefem.equilibrium.clefts import Cleft, HarmonicSeed
     from lobefem.equilibrium.displacement_control import Distorted, distort, release_start
     from lobefem.equilibrium.distortions import Bend, Tip, Twist, Wave
     from lobefem.equilibrium.form_finding import Form, find_form
+    from lobefem.equilibrium.full_model import full_state
     from lobefem.equilibrium.inflation import inflate
     from lobefem.equilibrium.pressurisation import pressurise
     from lobefem.equilibrium.sealed_gas import fill, seal
@@ -73,6 +75,7 @@ _HOME = {
     "Bend": "equilibrium.distortions",
     "Branch": "stability.branch_following",
     "Cables": "model.cables",
+    "Cleft": "equilibrium.clefts",
     "ConstantAngle": "geometry.gore",
     "ConstantRadius": "geometry.gore",
     "CriticalPoint": "stability.nonlinear_buckling",
@@ -91,6 +94,7 @@ _HOME = {
     "GasPressure": "model.gas_pressure",
     "Gore": "geometry.gore",
     "HarmonicPressures": "stability.harmonic_buckling",
+    "HarmonicSeed": "equilibrium.clefts",
     "Hoops": "model.cables",
     "Isotensoid": "geometry.isotensoid",
     "Isotropic": "model.film",
@@ -132,6 +136,7 @@ _HOME = {
     "fill": "equilibrium.sealed_gas",
     "find_form": "equilibrium.form_finding",
     "find_modes": "stability.modes",
+    "full_state": "equilibrium.full_model",
     "harmonic_pressures": "stability.harmonic_buckling",
     "ideal_state": "equilibrium.state",
     "inflate": "equilibrium.inflation",
@@ -162,6 +167,7 @@ __all__ = [
     "Bend",
     "Branch",
     "Cables",
+    "Cleft",
     "ConstantAngle",
     "ConstantRadius",
     "CriticalPoint",
@@ -180,6 +186,7 @@ __all__ = [
     "GasPressure",
     "Gore",
     "HarmonicPressures",
+    "HarmonicSeed",
     "Hoops",
     "Isotensoid",
     "Isotropic",
@@ -222,6 +229,7 @@ __all__ = [
     "fill",
     "find_form",
     "find_modes",
+    "full_state",
     "harmonic_pressures",
     "ideal_state",
     "inflate",

@@ -254,7 +254,7 @@ def sensitivities(
 @app.command(
     epilog=_examples(
         "lobefem perturb meshes/stack4.toml --film tension-field --pressure 5 --bend 7.5 --release --out run",
-        "lobefem perturb meshes/stack5.toml --tip-displacement 0.7 --json -",
+        "lobefem perturb meshes/pumpkin.toml --order 1 --divisions 16x4 --harmonic-seed 4:0.05 --release",
     )
 )
 @options.sharing(options.DESIGN, options.OUTPUT)
@@ -265,6 +265,8 @@ def perturb(
     bend: options.Bend = None,
     twist: options.Twist = None,
     wave: options.Wave = None,
+    harmonic_seed: options.HarmonicSeed = None,
+    cleft: options.Cleft = False,
     setup: options.Setup = None,
     pressure: options.OnePressure = None,
     release: options.Release = False,
@@ -274,16 +276,17 @@ def perturb(
     petsc: options.Petsc = None,
 ) -> None:
     """Distort the balloon in steps, release it, and tell whether it returns."""
-    given = {"--tip-displacement": tip_displacement, "--bend": bend, "--twist": twist, "--wave": wave}
-    chosen = [(name, text) for name, text in given.items() if text is not None]
-    if len(chosen) != 1:
-        raise InputError(f"perturb takes one distortion, not {len(chosen)}; give one of {', '.join(given)}")
+    given = {
+        "--tip-displacement": tip_displacement, "--bend": bend, "--twist": twist, "--wave": wave,
+        "--harmonic-seed": harmonic_seed, "--cleft": "" if cleft else None,
+    }  # fmt: skip
+    chosen = parsing.chosen(given)
     count, factor = parsing.integer("--steps", steps, 1), parsing.positive("--damping", damping)
 
     def study(plan: Design, **run: Any) -> Outcome:
         from lobefem.app.perturb_command import perturb
 
-        imposed = parsing.distortion(*chosen[0])
+        imposed = parsing.distortion(*chosen, plan)
         return perturb(plan, imposed, let_go=release, contact=contact, steps=count, damping=factor, **run)
 
     run_task(context, study)

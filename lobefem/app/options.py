@@ -19,6 +19,7 @@ __all__ = [
     "Bar",
     "Bend",
     "Cell",
+    "Cleft",
     "Contact",
     "Count",
     "Damping",
@@ -31,6 +32,7 @@ __all__ = [
     "Full",
     "GoreFolder",
     "Harmonic",
+    "HarmonicSeed",
     "Harmonics",
     "HoopsOption",
     "Json",
@@ -117,6 +119,10 @@ def design_files(incomplete: str) -> list[str]:
     return fitting
 
 
+def _flag(name: str, help: str, panel: str) -> Any:  # noqa: A002
+    return typer.Option(name, help=help, rich_help_panel=panel)
+
+
 _RUN, _OUTPUT, _PICTURE = "The run", "Output", "The picture"
 
 Text = str | None
@@ -181,7 +187,7 @@ OnePressure = Annotated[
 
 Full = Annotated[
     bool,
-    typer.Option("--full", help="All gores of a pumpkin, not one for all.", rich_help_panel=_RUN),
+    _flag("--full", "All gores of a pumpkin, not one for all.", _RUN),
 ]
 
 Pressures = Annotated[
@@ -262,20 +268,29 @@ Wave = Annotated[
     ),
 ]
 
+HarmonicSeed = Annotated[
+    Text,
+    _option(
+        "--harmonic-seed",
+        "NUMBER:SHARE",
+        "Move a pumpkin's tendons around the axis in waves, e.g. 4:0.05 for four of 5 % of the radius.",
+        "The distortion",
+    ),
+]
+
+Cleft = Annotated[
+    bool,
+    _flag("--cleft", "Pull some gores of a pumpkin in along an S line, see [cleft].", "The distortion"),
+]
+
 Release = Annotated[
     bool,
-    typer.Option(
-        "--release/--no-release", help="Release the balloon at the end of the ramp.", rich_help_panel=_RUN
-    ),
+    _flag("--release/--no-release", "Release the balloon at the end of the ramp.", _RUN),
 ]
 
 Contact = Annotated[
     bool,
-    typer.Option(
-        "--contact/--no-contact",
-        help="Let film and plates touch, or pass through each other.",
-        rich_help_panel=_RUN,
-    ),
+    _flag("--contact/--no-contact", "Let film and plates touch, or pass through each other.", _RUN),
 ]
 
 Steps = Annotated[str, _option("--steps", "NUMBER", "Increments of the ramp (default 20).", _RUN)]
@@ -292,7 +307,7 @@ Damping = Annotated[
 
 Resume = Annotated[
     bool,
-    typer.Option("--resume", help="Continue the run in --out that was stopped.", rich_help_panel=_OUTPUT),
+    _flag("--resume", "Continue the run in --out that was stopped.", _OUTPUT),
 ]
 
 Limit = Annotated[
@@ -309,11 +324,7 @@ Limit = Annotated[
 
 MeshStudy = Annotated[
     bool,
-    typer.Option(
-        "--mesh-study",
-        help="Repeat on finer meshes and report whether the pressure converges.",
-        rich_help_panel=_RUN,
-    ),
+    _flag("--mesh-study", "Repeat on finer meshes and report whether the pressure converges.", _RUN),
 ]
 
 Meshes = Annotated[Text, _option("--meshes", "LIST", "Meshes of the study, e.g. 18x24,24x32,36x48.", _RUN)]
@@ -324,14 +335,12 @@ Petsc = Annotated[
 
 Profile = Annotated[
     bool,
-    typer.Option("--profile", help="Report the time that each stage took.", rich_help_panel=_OUTPUT),
+    _flag("--profile", "Report the time that each stage took.", _OUTPUT),
 ]
 
 Report = Annotated[
     bool,
-    typer.Option(
-        "--report", help="Write report.html, the run on one page, into --out.", rich_help_panel=_OUTPUT
-    ),
+    _flag("--report", "Write report.html, the run on one page, into --out.", _OUTPUT),
 ]
 
 RunDir = Annotated[Path, typer.Argument(metavar="DIR", help="Run folder, made by --out.")]
@@ -368,7 +377,7 @@ Out = Annotated[Path | None, _option("--out", "DIR", "Folder for results and fie
 
 Overwrite = Annotated[
     bool,
-    typer.Option("--overwrite", help="Replace the run in --out.", rich_help_panel=_OUTPUT),
+    _flag("--overwrite", "Replace the run in --out.", _OUTPUT),
 ]
 
 SweepFile = Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What to vary, see demos/lobes.toml.")]

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 from lobefem.errors import InputError
 
+if TYPE_CHECKING:
+    from lobefem.io.design import Design
+
 __all__ = [
+    "chosen",
     "distortion",
     "divisions",
     "integer",
@@ -68,8 +72,20 @@ def positive(name: str, text: str) -> float:
     return value
 
 
-def distortion(name: str, text: str) -> Any:
-    """The distortion that an option asks for."""
+def chosen(given: Mapping[str, str | None]) -> tuple[str, str]:
+    """The one distortion that is given, as its option and its text."""
+    found = [(name, text) for name, text in given.items() if text is not None]
+    if len(found) != 1:
+        raise InputError(f"perturb takes one distortion, not {len(found)}; give one of {', '.join(given)}")
+    return found[0]
+
+
+def distortion(name: str, text: str, design: Design) -> Any:
+    """The distortion of a design that an option asks for."""
+    if name == "--cleft":
+        return _cleft(design)
+    if name == "--harmonic-seed":
+        return _harmonic_seed(text, design.size)
     from lobefem.equilibrium.distortions import Bend, Tip, Twist, Wave
     from lobefem.units import DEGREES, LENGTH
 
@@ -88,6 +104,52 @@ def distortion(name: str, text: str) -> Any:
         return Wave(harmonic, value)
     kinds: dict[str, Any] = {"--tip-displacement": Tip, "--bend": Bend, "--twist": Twist}
     return kinds[name](value)
+
+
+def _harmonic_seed(text: str, size: float) -> Any:
+    """The distortion of --harmonic-seed.
+
+    Args:
+        text: harmonic and amplitude, a share of the size or a length, as "4:0.05" or "4:25 cm".
+        size: radius of the balloon [m].
+    """
+    from lobefem.equilibrium.clefts import HarmonicSeed
+    from lobefem.units import LENGTH, NUMBER
+
+    name = "--harmonic-seed"
+    first, colon, rest = text.partition(":")
+    if not colon:
+        raise InputError(f"{name}: {text!r} has no amplitude; give harmonic and share, such as 4:0.05")
+    harmonic = integer(name, first, 2)
+    try:
+        amplitude = size * NUMBER.read(rest)
+    except ValueError:
+        try:
+            amplitude = LENGTH.read(rest)
+        except ValueError:
+            raise InputError(
+                f"{name}: {rest!r} is no share of the radius and no length; give one such as 4:0.05"
+            ) from None
+    if amplitude == 0:
+        raise InputError(f"{name}: {text!r} distorts nothing; give another amplitude")
+    return HarmonicSeed(harmonic, amplitude)
+
+
+def _cleft(design: Design) -> Any:
+    """The distortion of --cleft."""
+    from math import degrees
+
+    from lobefem.equilibrium.clefts import Cleft
+
+    table, gores = design.cleft, design.shape.gores
+    if gores is None:
+        raise InputError(
+            f"--cleft is one of a pumpkin's gores, and this is a {design.shape.kind}; try --wave"
+        )
+    if table.gores > gores // 2:
+        raise InputError(f"cleft.gores = {table.gores} are more than half of the {gores} gores; give fewer")
+    depth = 0.1 * design.size if table.depth is None else table.depth
+    return Cleft(depth, 360.0 * table.gores / gores, degrees(table.turn))
 
 
 def integer(name: str, text: str, least: int) -> int:

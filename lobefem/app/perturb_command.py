@@ -11,8 +11,12 @@ from typing import Any
 from lobefem.app import advice
 from lobefem.app.states_command import Outcome, failure, summary
 from lobefem.equilibrium.distortions import Distortion
-from lobefem.equilibrium.state import State
+from lobefem.equilibrium.full_model import full_state
+from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.sealed_gas import seal
+from lobefem.equilibrium.state import Equilibrium, State
 from lobefem.errors import EigenError, InputError, SolveError
+from lobefem.fem.balloon import Balloon
 from lobefem.io.design import Design
 from lobefem.io.run_folder import RunFolder
 from lobefem.io.xdmf import Snapshot
@@ -82,6 +86,10 @@ def perturb(
     outcome = Outcome(results)
     built_in = True if design.has_ideal_state else None
     balloon = design.balloon(design.surface(comm), prestressed=built_in, contact=contact)
+    original = None
+    if design.is_pumpkin or design.pressure.gas == "isothermal":
+        original = _original(design, balloon, comm, results, progress)
+        balloon = original.balloon
     resume, keep = None, None
     if folder is not None:
         resume, keep = folder.kept(balloon), partial(_keep, folder)
@@ -89,7 +97,7 @@ def perturb(
     try:
         found = impose(
             balloon, pressures[0], distortion, let_go=let_go, steps=steps, damping=damping,
-            resume=resume, keep=keep, progress=progress,
+            original=original, resume=resume, keep=keep, progress=progress,
         )  # fmt: skip
     except SolveError as error:
         outcome.error = error
@@ -109,15 +117,55 @@ def perturb(
     try:  # what judges the end takes nothing away from how it was reached
         if found.released is not None:
             results["min_eigenvalue"] = found.released.lowest
+            if found.released.modes is not None:
+                results["eigenvalues"] = [mode.value.real for mode in found.released.modes.modes]
         elif found.imposed is not None:
             results["min_eigenvalue"] = find_modes(found.imposed, 2).lowest
     except EigenError as error:
         results["warnings"].append(f"the lowest eigenvalue at the end is not known: {error}")
+    if rest is not None:
+        results |= _against(found.original, rest)
     for state in (found.imposed, None if found.released is None else found.released.state):
         if state is not None:
             outcome.snapshots.append(Snapshot(state.balloon, state.pressure, state))
     outcome.figures["history.png"] = lambda: _history_figure(found, results)
     return outcome
+
+
+def _original(
+    design: Design, balloon: Balloon, comm: Any, results: dict[str, Any], progress: Progress | None
+) -> Equilibrium:
+    """The pressurised balloon of a design: of all gores that in which they are alike, the gas sealed in.
+
+    How stable it is against every harmonic goes to the results. Collective.
+    """
+    gas, value = design.pressure, design.pressure.value[0]
+    if design.is_pumpkin:
+        gore = inflate(
+            design.balloon(design.surface(comm, sector=True)), value, nested=True, progress=progress
+        )
+        modes = find_modes(gore, 1, harmonics=range(gore.balloon.surface.copies // 2 + 1))
+        results["symmetric_eigenvalue"] = modes.lowest
+        results["symmetric_harmonic"] = min(modes.modes, key=lambda mode: mode.value.real).harmonic
+        state = full_state(gore, balloon)
+    else:
+        state = inflate(balloon, value, progress=progress)
+    return seal(state, gas.ambient) if gas.gas == "isothermal" else state
+
+
+def _against(original: Equilibrium, end: Equilibrium) -> dict[str, Any]:
+    """What a state is beside the original one, and its contact. Collective."""
+    first, last = (state.balloon.energy(state.restore())[0] for state in (original, end))
+    contact = end.balloon.contact
+    report = None if contact is None else contact.measure(end.balloon.u)
+    closed = end.balloon.load.convention == "closed"
+    return {
+        "pressure_final": end.pressure,
+        "volume_deficit": 1 - end.volume / original.volume,
+        "energy_above": last - first if closed else None,
+        "contact_force": None if report is None else report.force,
+        "contact_area": None if report is None else report.area,
+    }
 
 
 def _keep(folder: RunFolder, state: State, notes: Mapping[str, Any]) -> None:

@@ -25,7 +25,7 @@ __all__ = ["Interrupted", "loudness", "one_line", "run_task"]
 
 _MOST = 600  # letters of a sentence
 
-_OF_PUMPKINS = ("inflate", "modes", "critical", "harmonics", "sensitivities")
+_OF_SEALED_GAS = ("inflate", "perturb")
 
 
 class Interrupted(Exception):  # noqa: N818  no error
@@ -118,10 +118,10 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
         ranks.stop.abandon = dolfinx_compat.abandon
         comm = MPI.COMM_WORLD
         design = _overridden(given, comm)
-        if design.is_pumpkin and context.info_name not in _OF_PUMPKINS:
+        if design.pressure.gas != "given" and context.info_name not in _OF_SEALED_GAS:
             raise InputError(
-                f"lobefem {context.info_name} does not take pumpkins yet; use lobefem inflate for their "
-                "equilibrium, lobefem modes and critical for their stability"
+                f"lobefem {context.info_name} takes a given pressure, and pressure.gas is 'isothermal'; "
+                "leave it out: but for harmonic 0 a sealed gas changes no critical pressure"
             )
         folder = _folder(given, comm)
         if given["json"] and not to_stdout:

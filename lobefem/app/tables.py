@@ -285,6 +285,7 @@ def _perturb_table(results: dict[str, Any]) -> Any:
         ("reaction at the end of the ramp", results["reaction"], force, ""),
         ("first contact", results["first_contact"], unit, ""),
         ("smallest gap", results["smallest_gap"], "m", ""),
+        *_at_rest(results),
         ("lowest eigenvalue", results["min_eigenvalue"], "Pa/m", ""),
         ("residual of the load", results["residual"], "", ""),
         ("work of the constraint", energy["constraint"], "J", ""),
@@ -297,6 +298,23 @@ def _perturb_table(results: dict[str, Any]) -> Any:
     for name, value, one, more in rows:
         table.add_row(name, *(("none", "") if value is None else (scaled(value, one), more)))
     return table
+
+
+def _at_rest(results: dict[str, Any]) -> list[tuple[str, Any, str, str]]:
+    """The rows of a balloon that was released, beside the original one."""
+    rows = []
+    if "symmetric_eigenvalue" in results:
+        harmonic = f"n = {results['symmetric_harmonic']}"
+        rows.append(("lowest eigenvalue before", results["symmetric_eigenvalue"], "Pa/m", harmonic))
+    if "volume_deficit" in results:
+        rows += [
+            ("pressure, final", results["pressure_final"], "Pa", ""),
+            ("volume deficit", 100 * results["volume_deficit"], "%", ""),
+            ("energy above the original", results["energy_above"], "J", ""),
+            ("contact force, final", results["contact_force"], "N", ""),
+            ("contact area, final", results["contact_area"], "m^2", ""),
+        ]
+    return rows
 
 
 def printable(words: object) -> str:

@@ -12,6 +12,7 @@ from lobefem.faces import face
 from lobefem.linalg import dolfinx_compat as _dolfinx_compat  # first: it finds the stack
 
 if TYPE_CHECKING:
+    from lobefem.equilibrium.clefts import Cleft, HarmonicSeed
     from lobefem.equilibrium.displacement_control import Distorted, constrain, distort, release_start
     from lobefem.equilibrium.distortions import Bend, Distortion, Tip, Twist, Wave
     from lobefem.equilibrium.energy_ledger import Ledger
@@ -28,12 +29,14 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Bend": "distortions",
+    "Cleft": "clefts",
     "Distorted": "displacement_control",
     "Distortion": "distortions",
     "Equilibrium": "state",
     "FlowOptions": "solver_options",
     "Form": "form_finding",
     "GradientFlow": "gradient_flow",
+    "HarmonicSeed": "clefts",
     "Increment": "ramp",
     "Ledger": "energy_ledger",
     "NewtonOptions": "solver_options",
@@ -60,12 +63,14 @@ _HOME = {
 
 __all__ = [
     "Bend",
+    "Cleft",
     "Distorted",
     "Distortion",
     "Equilibrium",
     "FlowOptions",
     "Form",
     "GradientFlow",
+    "HarmonicSeed",
     "Increment",
     "Ledger",
     "NewtonOptions",

@@ -10,7 +10,7 @@ from lobefem.equilibrium.distortions import Distortion, require_distortion
 from lobefem.equilibrium.inflation import Progress
 from lobefem.equilibrium.ramp import PREFIX, Increment, OnStep, Ramp
 from lobefem.equilibrium.solver_options import RAMP, NewtonOptions
-from lobefem.equilibrium.state import Equilibrium, record
+from lobefem.equilibrium.state import Equilibrium, State, record
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.linalg import petsc
@@ -85,7 +85,7 @@ def distort(
     checks.integer("steps", steps, 1)
     checks.positive("first", first, "")
     s = getattr(start, "parameter", 0.0) if begin is None else checks.finite("begin", begin, distortion.unit)
-    balloon = constrain(start.balloon, distortion)
+    balloon = constrain(start.balloon, distortion, start, s)
     q = _transfer(start, balloon, s)
     with petsc.options(PREFIX, options.petsc_options):
         ramp = Ramp(balloon, q, options, (distortion.kind, distortion.unit), progress)
@@ -96,15 +96,26 @@ def distort(
             ramp.destroy()
 
 
-def constrain(balloon: Balloon, distortion: Distortion) -> Balloon:
+def constrain(
+    balloon: Balloon, distortion: Distortion, start: State | None = None, parameter: float = 0.0
+) -> Balloon:
     """The balloon under a distortion, at the parameter 0: the same film with another map. Collective.
+
+    Args:
+        balloon: free, or under a distortion of the same kind.
+        distortion: what to impose.
+        start: a state of the free balloon, from which a distortion counts that need not count from rest.
+        parameter: where that state is.
 
     Raises:
         InputError: it cannot be distorted so, or is under another distortion.
     """
     distortion.check(balloon)
     if balloon.prescribed is None:
-        return balloon.with_prescribed(distortion.prescribed(balloon))
+        motion = distortion.prescribed(balloon)
+        if start is not None:
+            motion = distortion.begin(motion, start.displacement, parameter)
+        return balloon.with_prescribed(motion)
     if balloon.prescribed.kind != distortion.kind:
         raise InputError(f"the balloon is under a {balloon.prescribed.kind}; release it before {distortion}")
     return balloon

@@ -21,7 +21,7 @@ from lobefem.fem.prescribed_motion import (
     WaveMotion,
 )
 from lobefem.fem.rigid_plates import PlateMotion
-from lobefem.typing import Unchecked
+from lobefem.typing import Array, Unchecked
 
 __all__ = ["Bend", "Distortion", "Tip", "Twist", "Wave", "require_distortion"]
 
@@ -52,6 +52,16 @@ class Distortion(ABC):
     @abstractmethod
     def prescribed(self, balloon: Balloon) -> PrescribedMotion:
         """The prescribed motion, at the parameter 0. Collective."""
+
+    def begin(self, motion: PrescribedMotion, displacement: Array, parameter: float) -> PrescribedMotion:
+        """The prescribed motion that is at a parameter where the film is; by default as it is.
+
+        Args:
+            motion: of `prescribed`.
+            displacement: nodal displacements, ghosts included, (nodes, 3) [m].
+            parameter: s there.
+        """
+        return motion
 
     def check(self, balloon: Balloon) -> None:
         """Refuse a balloon that cannot be distorted so, on all ranks, with an InputError."""
@@ -131,6 +141,14 @@ class Bend(Distortion):
     def parameter(self) -> float:
         """The angle [rad]."""
         return math.radians(self.degrees)
+
+    def check(self, balloon: Balloon) -> None:
+        """Refuse plates that cannot move, and lobes without the seams that are to lie on the arc."""
+        super().check(balloon)
+        if hasattr(balloon.surface.recipe, "gore"):
+            raise InputError(
+                f"{self} needs seams, and the gores of a pumpkin have none; use --harmonic-seed or --cleft"
+            )
 
     def prescribed(self, balloon: Balloon) -> PrescribedMotion:
         """A `BendMotion` of all seams."""

@@ -95,13 +95,14 @@ class ConstraintMap:
         Where the other nodes have x, y and z these have their radial, hoop and axial components.
         """
         self._pushed: npt.NDArray[np.int32] = np.empty(0, dtype=np.int32)
-        self._frames, self._push_terms = np.empty((0, 3, 3)), np.empty((2, 0))
+        self._frames, self._push_terms = np.empty((0, 3, 3)), np.empty((3, 0))
         if pushed is None:
             return
         mine = pushed.nodes < self.owned // 3
         mine[mine] = free.reshape(-1, 3)[pushed.nodes[mine]].all(axis=1)
         self._pushed, self._frames = pushed.nodes[mine], pushed.frames[mine]
-        self._push_terms = np.stack([pushed.linear[mine], pushed.quadratic[mine]])
+        first = np.zeros(len(mine)) if pushed.first is None else pushed.first
+        self._push_terms = np.stack([first[mine], pushed.linear[mine], pushed.quadratic[mine]])
         free[3 * self._pushed] = False
 
     def _tie(self, ties: Ties | None, free: npt.NDArray[np.bool_]) -> None:
@@ -152,7 +153,7 @@ class ConstraintMap:
             at = 3 * self._pushed[:, None] + np.arange(3)
             s = self.motion.parameter  # type: ignore[union-attr]
             local = array[at]
-            local[:, 0] = np.array([s, s**2]) @ self._push_terms
+            local[:, 0] = np.array([1.0, s, s**2]) @ self._push_terms
             array[at] = np.einsum("nk,nkj->nj", local, self._frames)
         array[self._far] = array[self._near] @ self._rotation.T
         u.x.scatter_forward()
@@ -188,7 +189,7 @@ class ConstraintMap:
             r: owned part of the nodal residual.
         """
         s = self.motion.parameter if isinstance(self.motion, PrescribedMotion) else 0.0
-        rate = np.array([1.0, 2.0 * s]) @ self._push_terms
+        rate = np.array([0.0, 1.0, 2.0 * s]) @ self._push_terms
         return float(self.comm.allreduce(float(self._in_frames(r)[3 * self._pushed] @ rate)))
 
     def rigid_motions(self, x: Array) -> list[Any]:

@@ -27,19 +27,21 @@ __all__ = ["BendMotion", "PrescribedMotion", "PushedNodes", "TipMotion", "TwistM
 
 @dataclass(frozen=True)
 class PushedNodes(Frozen):
-    """Nodes that are displaced outwards by linear s + quadratic s^2; sideways they are free.
+    """Nodes that are displaced outwards by first + linear s + quadratic s^2; sideways they are free.
 
     Attributes:
         nodes: block indices (k,), owned or ghosts.
         frames: radial, hoop and axial unit vectors (rows) of each (k, 3, 3).
         linear: (k,).
         quadratic: (k,) [1/m].
+        first: where they are at s = 0 (k,) [m]; None for zero.
     """
 
     nodes: npt.NDArray[np.int32]
     frames: Array
     linear: Array
     quadratic: Array
+    first: Array | None = None
 
 
 class PrescribedMotion:

@@ -1,6 +1,7 @@
 """The design file: TOML in, a validated `Design` out, and from there the surface and the balloon.
 
-Sections [shape], [mesh], [film], [hoops], [plates], [pressure], and of pumpkins [tendons] and [fittings].
+Sections [shape], [mesh], [film], [hoops], [plates], [pressure], and of pumpkins [tendons], [fittings]
+and [cleft].
 Every key of a stack has the paper's value as its default, but without a table [hoops] there are no hoops.
 A design on a mesh of one's own may have [supports], and any number of [[fixed]] and [[cables]].
 Numbers are SI, or text with a unit ("0.05 mm"). Whatever is wrong is said in one sentence: the key, the
@@ -192,7 +193,7 @@ class Design(Tables):
 
     def to_toml(self) -> str:
         """The design as TOML with all defaults filled in; `load` of it gives an equal design."""
-        return to_toml(self.model_dump(exclude=None if self.is_pumpkin else {"tendons", "fittings"}))
+        return to_toml(self.model_dump(exclude=None if self.is_pumpkin else {"tendons", "fittings", "cleft"}))
 
     # --- building -------------------------------------------------------------------------------
 
@@ -282,8 +283,11 @@ class Design(Tables):
         from lobefem.model.supports import Fixed, FreeBody
 
         film, plates, gas = self.film, self.plates, self.pressure
+        # of a sealed gas, whose pressure changes on the way, the stiffness of its first one
+        stiffness = max(*gas.value, 1.0) if gas.gas == "isothermal" else None
+        touching = [SelfContact(stiffness=stiffness)] if contact else []
         if self.is_pumpkin:
-            return pumpkin_design.balloon(self, surface, self._law(film.law))
+            return pumpkin_design.balloon(self, surface, self._law(film.law), touching)
         components: list[Any] = [
             GasPressure(cast("Convention", gas.load), gradient=gas.gradient, level=gas.level)
         ]
@@ -297,7 +301,6 @@ class Design(Tables):
         components += [Fixed(part.on, tuple("xyz".index(c) for c in part.components)) for part in self.fixed]
         if self.supports.free:
             components.append(FreeBody())
-        touching = [SelfContact()] if contact else []
         built_in = bool(film.prestress) if prestressed is None else prestressed
         path = None
         if built_in and film.setup == "load-path":

@@ -31,6 +31,7 @@ from lobefem.io.design_values import (
 )
 from lobefem.io.materials import CABLES, FILMS, MATERIALS
 from lobefem.units import (
+    ANGLE,
     AREA,
     DENSITY,
     FORCE,
@@ -46,7 +47,19 @@ from lobefem.units import (
     shown,
 )
 
-__all__ = ["Cap", "Film", "Fittings", "Hoops", "Mesh", "Plates", "Pressure", "Section", "Shape", "Tendons"]
+__all__ = [
+    "Cap",
+    "CleftTable",
+    "Film",
+    "Fittings",
+    "Hoops",
+    "Mesh",
+    "Plates",
+    "Pressure",
+    "Section",
+    "Shape",
+    "Tendons",
+]
 
 _PAPER_RADIUS = 2.0  # [m]
 
@@ -399,13 +412,26 @@ class Plates(Section):
 class Pressure(Section):
     """[pressure]: where the gas presses (film only, or film and plates), and how much [Pa].
 
-    The pressure is that at `level` above the bottom rim and rises by `gradient` per metre.
+    The pressure is that at `level` above the bottom rim and rises by `gradient` per metre. With the gas
+    "isothermal" it is the pressure above the `ambient` one at which the gas is sealed in: what is done
+    to the balloon then changes it.
     """
 
     load: Annotated[str, word("film", "closed")] = "film"
     value: Annotated[tuple[float, ...], pressure_row] = (1000.0,)
     gradient: Annotated[float, quantity(GRADIENT)] = 0.0
     level: Annotated[float, quantity(LENGTH)] = 0.0
+    gas: Annotated[str, word("given", "isothermal")] = "given"
+    ambient: Annotated[float, quantity(PRESSURE, "0 or more", lambda v: v >= 0)] = 0.0
+
+    @model_validator(mode="after")
+    def _law(self) -> Pressure:
+        if self.ambient and self.gas == "given":
+            raise ValueError(
+                f"ambient = {self.ambient:g} Pa has no effect under a given pressure; give gas = "
+                "'isothermal', or leave it out"
+            )
+        return self
 
 
 class Tendons(Section):
@@ -421,3 +447,14 @@ class Fittings(Section):
 
     mass: Annotated[tuple[float, float], pair(MASS)] = (0.0, 0.0)
     payload: Annotated[float, quantity(MASS, "0 or more", lambda v: v >= 0)] = 0.0
+
+
+class CleftTable(Section):
+    """[cleft]: the gap that `perturb --cleft` makes in a pumpkin: its gores, its depth and its turn.
+
+    Without a depth the gap is pulled in by a tenth of the radius.
+    """
+
+    gores: Annotated[int, integer(2)] = 4
+    depth: Annotated[float | None, positive(LENGTH)] = None
+    turn: Annotated[float, quantity(ANGLE)] = math.pi / 2

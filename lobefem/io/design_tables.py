@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Field
 
 from lobefem.errors import InputError
 from lobefem.io.design_sections import (
+    CleftTable,
     Film,
     Fittings,
     Hoops,
@@ -42,6 +43,7 @@ class Tables(Section):
     pressure: Pressure = Field(default_factory=Pressure)
     tendons: Tendons = Field(default_factory=Tendons)
     fittings: Fittings = Field(default_factory=Fittings)
+    cleft: CleftTable = Field(default_factory=CleftTable)
     supports: Supports = Field(default_factory=Supports)
     fixed: Annotated[tuple[FixedTable, ...], BeforeValidator(one_or_more)] = ()
     cables: Annotated[tuple[CableTable, ...], BeforeValidator(one_or_more)] = ()

@@ -5,6 +5,7 @@ Functions of a `Design`; those that check raise `ValueError` as its sections do.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -39,7 +40,7 @@ _MOST_BYTES = 100_000  # of a gore's table
 # --- checks ---------------------------------------------------------------------------------------
 def refuse(design: Tables) -> None:
     """Refuse what only a pumpkin has, for other shapes, with a ValueError."""
-    for section in ("tendons", "fittings"):
+    for section in ("tendons", "fittings", "cleft"):
         if section in design.model_fields_set:
             raise ValueError(
                 f"[{section}] are those of a pumpkin, not of the kind {design.shape.kind!r}; leave them out"
@@ -180,8 +181,8 @@ def surface(design: Tables, comm: Comm, sector: bool) -> Surface:
     return recipe.surface(MPI.COMM_WORLD if comm is None else comm)
 
 
-def balloon(design: Tables, surface: Surface, film: FilmLaw) -> Balloon:
-    """Film, gas, tendons and fittings on a surface; the bottom fitting is held. Collective."""
+def balloon(design: Tables, surface: Surface, film: FilmLaw, touching: Sequence[Any] = ()) -> Balloon:
+    """Film, gas, tendons, fittings and further parts; the bottom fitting is held. Collective."""
     from lobefem.fem.balloon import Balloon
     from lobefem.model.cables import Tendons
     from lobefem.model.dead_weight import DeadWeight
@@ -190,6 +191,7 @@ def balloon(design: Tables, surface: Surface, film: FilmLaw) -> Balloon:
 
     gas, plates, tendons, fittings = design.pressure, design.plates, design.tendons, design.fittings
     components: list[Any] = [
+        *touching,
         GasPressure(cast("Convention", gas.load), gradient=gas.gradient, level=gas.level),
         Tendons(EA=tendons.EA, foreshortening=tendons.foreshortening),
         EndPlates(support=cast("Support", plates.support), bar=False, lift=plates.lift),

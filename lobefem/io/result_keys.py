@@ -308,6 +308,20 @@ COMMANDS: dict[str, dict[str, Entry]] = {
             f"returned, distorted and stable, {UNKNOWN}, not an equilibrium; or under the constraint",
         ),
         "min_eigenvalue": ("Pa/m", "lowest real part at the end, without rigid rotations; null if unknown"),
+        "eigenvalues": ("Pa/m", "lowest real parts at the end; only after a release"),
+        "symmetric_eigenvalue": (
+            "Pa/m",
+            "lowest one of the pressurised balloon before, of all harmonics; only of pumpkins",
+        ),
+        "symmetric_harmonic": ("", "its harmonic n"),
+        "pressure_final": ("Pa", "gas pressure at rest; this and what follows only after a release"),
+        "volume_deficit": ("", "share of the original volume that the balloon at rest lacks"),
+        "energy_above": (
+            "J",
+            "potential energy at rest less that of the original balloon; null under film load",
+        ),
+        "contact_force": ("N", "total contact force at rest; null without contact"),
+        "contact_area": ("m^2", "area of one side of the film in contact at rest; null without contact"),
         "residual": ("", "residual at the end over the norm of the nodal forces of the pressure"),
         "first_contact": (
             "unit",

@@ -101,15 +101,10 @@ def test_tendons_that_are_slack_everywhere_are_told(lobefem_json, shared_path):
     assert "the tendons are slack everywhere" in " ".join(results["warnings"])
 
 
-@pytest.mark.parametrize(
-    "command",
-    ["perturb --twist 1"],
-)
-def test_commands_that_take_no_pumpkins_yet_say_what_does(refused, command):
-    name, *options = command.split()
-    code, said = refused(name, PUMPKIN, *options)
+def test_a_pumpkin_has_no_seams_to_bend(refused):
+    code, said = refused("perturb", PUMPKIN, "--bend", "5", "--divisions", "4x2", "--order", "1")
     assert code == 2
-    assert f"lobefem {name} does not take pumpkins yet; use lobefem inflate for their equilibrium" in said
+    assert "needs seams, and the gores of a pumpkin have none; use --harmonic-seed or --cleft" in said
 
 
 def test_full_is_for_pumpkins(refused):

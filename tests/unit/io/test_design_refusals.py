@@ -20,7 +20,7 @@ def parse(text):
     ("text", "message"),
     [
         ("[fim]", "'fim' is no section; use shape, mesh, film, hoops, plates, pressure, tendons, fittings, "
-         "supports, fixed or cables (did you mean film?)"),
+         "cleft, supports, fixed or cables (did you mean film?)"),
         ("[film]\nthicknes = 1", "'film.thicknes' is no key of [film]; use law, E, nu, thickness, "
          "slack_stiffness, prestress, hoop_slack, setup, tangent, E1, E2, nu12, G12, density, caps, strength "
          "or material (did you mean thickness?)"),

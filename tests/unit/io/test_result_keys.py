@@ -35,6 +35,8 @@ RUNS = [
     ("sensitivities", PUMPKIN, "--divisions", "8x2", "--set", "shape.gores=96", "--harmonic", "4"),
     ("perturb", STACK, "--divisions", "4x6", "--lobes", "2", "--film", "tension-field", "--load", "closed",
      "--pressure", "5", "--tip-displacement", "0.01", "--steps", "1", "--no-contact"),
+    ("perturb", PUMPKIN, "--divisions", "4x2", "--order", "1", "--set", "shape.gores=8", "--cleft", "--set",
+     "cleft.gores=2", "--release", "--steps", "1"),
 ]  # fmt: skip
 
 
