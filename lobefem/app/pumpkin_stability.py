@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 from lobefem.app import advice
@@ -120,16 +120,15 @@ def modes(
                 outcome.error = error
                 results |= failure(error)
                 last = error.state or held
-                if last is not None and folder is not None:
-                    outcome.snapshots.append(gore.snapshot(last))
+                if last is not None:
+                    outcome.later.append(partial(gore.snapshot, last))
                 return outcome
             previous, found = held, lowest.modes
             entry = _entry(held, lowest)
             results["pressures"].append(entry)
             if folder is not None:
                 folder.keep_modes(number, held, found, entry)
-        if folder is not None:
-            outcome.snapshots.append(gore.snapshot(previous, found))
+        outcome.later.append(partial(gore.snapshot, previous, found))
     outcome.figures["eigenvalues.png"] = lambda: _spectrum(results)
     return outcome
 
@@ -174,6 +173,7 @@ def critical(
     state: str = "inflated",
     harmonic: int | None = None,
     limit: float | None = None,
+    near: float | None = None,
     comm: Any = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
@@ -185,6 +185,7 @@ def critical(
         state: "inflated".
         harmonic: look at this one only.
         limit: pressure at which the search gives up [Pa] (default: `search_end`).
+        near: a pressure near the answer, of a coarser mesh for example, below which the search begins [Pa].
         comm: the ranks that share the harmonics (default: all).
         progress: called with a line of text now and then.
         folder: where to keep states and eigenvalues, and to go on from.
@@ -196,7 +197,8 @@ def critical(
     only = None if harmonic is None else (harmonic,)
     looked_at = _chosen(design, only, "--harmonic")
     results = _summary("critical", design, looked_at) | {"only_harmonic": harmonic}
-    return _searched(results, design, looked_at, limit, True, comm, progress, folder)
+    start = None if not near else 0.6 * near
+    return _searched(results, design, looked_at, limit, True, comm, progress, folder, start)
 
 
 def harmonics(
@@ -235,6 +237,7 @@ def _searched(
     comm: Any,
     progress: Progress | None,
     folder: RunFolder | None,
+    start: float | None = None,
 ) -> Outcome:
     """A search along the inflated path, into an outcome."""
     outcome, gore, strength = Outcome(results), _Gore(design, comm), design.film.strength
@@ -255,6 +258,7 @@ def _searched(
             gore.balloon,
             looked_at,
             up_to=end,
+            start=None if start is None or start >= end else start,
             first=first,
             comm=gore.comm,
             known={p: {int(n): value for n, value in row} for p, row in rows or ()},
@@ -265,8 +269,8 @@ def _searched(
         outcome.error = error
         results |= {"critical_pressure": None} | failure(error)
         state = error.state or (last[0] if last else None)
-        if state is not None and folder is not None:
-            outcome.snapshots.append(gore.snapshot(state))
+        if state is not None:
+            outcome.later.append(partial(gore.snapshot, state))
         return outcome
     results |= _found(found) | {"limit": end}
     state = found.state or find_equilibrium(gore.balloon, found.searched_to)
@@ -276,8 +280,7 @@ def _searched(
         stresses[state.pressure] = peaks["max_stress"]
         results["strength_pressure"] = reached(stresses, strength)
     results["warnings"] += advice.of_pressures(design, [results["critical_pressure"]])
-    if folder is not None:
-        outcome.snapshots.append(gore.snapshot(state, () if found.mode is None else (found.mode,)))
+    outcome.later.append(partial(gore.snapshot, state, () if found.mode is None else (found.mode,)))
     outcome.figures |= _figures(results)
     return outcome
 

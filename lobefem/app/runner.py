@@ -143,7 +143,8 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
             if folder is not None:
                 try:
                     with profiling.stage("output"):
-                        folder.save(design.to_toml(), outcome.results, outcome.snapshots, outcome.figures)
+                        snapshots = [*outcome.snapshots, *(make() for make in outcome.later)]
+                        folder.save(design.to_toml(), outcome.results, snapshots, outcome.figures)
                         if given["report"]:
                             from lobefem.viz.report import write_report
 
@@ -169,7 +170,11 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
     if unsaved is not None:
         raise unsaved
     if outcome.error is not None:
-        kept = f"; the last converged state is in {folder.path}" if folder and outcome.snapshots else ""
+        kept = (
+            f"; the last converged state is in {folder.path}"
+            if folder and (outcome.snapshots or outcome.later)
+            else ""
+        )
         raise type(outcome.error)(f"{outcome.error}{kept}")
 
 

@@ -63,12 +63,15 @@ class Outcome:
         snapshots: what can be drawn of it.
         error: the failure that ended it early, None where there was none.
         figures: by file name, what draws each of them, for rank 0.
+        later: what makes further snapshots, such as all gores of one, called where they are written.
+            Collective.
     """
 
     results: dict[str, Any]
     snapshots: list[Snapshot] = field(default_factory=list)
     error: SolveError | None = None
     figures: dict[str, Callable[[], Any]] = field(default_factory=dict)
+    later: list[Callable[[], Snapshot]] = field(default_factory=list)
 
 
 def inflate(

@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from lobefem.units import pascals
 from lobefem.viz.style import MM, STYLE
 
-__all__ = ["critical_pressures", "eigenvalues", "named_harmonics", "spectrum"]
+__all__ = ["critical_pressures", "curves", "eigenvalues", "named_harmonics", "spectrum"]
 
 Results = Mapping[str, Any]
 
@@ -47,6 +47,12 @@ def _blank(width: float, results: Results, title: str) -> tuple[Figure, Any]:
     axes.spines[["top", "right"]].set_visible(False)
     axes.set_title(title or f"{results['gores']} gores", loc="left")
     return figure, axes
+
+
+def curves(results: Results, *, width: float = 85.0) -> Figure:
+    """The figure of a run: of modes by harmonic, of a search against pressure, of all harmonics p_cr(n)."""
+    draw = {"modes": spectrum, "harmonics": critical_pressures}.get(str(results.get("command")), eigenvalues)
+    return draw(results, width=width)
 
 
 def eigenvalues(results: Results, *, title: str = "", width: float = 85.0) -> Figure:

@@ -26,7 +26,7 @@ from lobefem.errors import InputError
 from lobefem.io.run_reader import Run, find_runs, load_run
 from lobefem.log import logger
 from lobefem.version import __version__
-from lobefem.viz import report_charts, report_shapes, report_tables
+from lobefem.viz import pumpkin_charts, report_charts, report_shapes, report_tables
 from lobefem.viz.assumptions import assumptions
 from lobefem.viz.report_charts import Chart
 from lobefem.viz.report_shapes import Picture
@@ -167,8 +167,9 @@ def _part(run: Run, name: str, room: int) -> _Part:
         report_tables.sensitivities,
     )
     tables = [made("Results", make) for make in makers]
-    curves = made("Eigenvalues", report_charts.eigenvalues)
-    chart = made("Harmonics", report_charts.harmonics)
+    gores = "gores" in run.results
+    curves = made("Eigenvalues", (pumpkin_charts if gores else report_charts).eigenvalues)
+    chart = made("Harmonics", (pumpkin_charts if gores else report_charts).harmonics)
     history = made("Ramp and release", report_charts.history) or []
     residuals = [one for one in history if "residual" in one.title]
     maps = made("Stress and wrinkles", report_shapes.stress_maps) or []

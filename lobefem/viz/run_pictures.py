@@ -24,7 +24,7 @@ from lobefem.io.run_reader import Run, Step, load_run
 from lobefem.outcomes import UNKNOWN
 from lobefem.typing import Array
 from lobefem.units import pascals
-from lobefem.viz import mode_figures
+from lobefem.viz import mode_figures, pumpkin_modes
 from lobefem.viz.film_mesh import FilmMesh, facing, film_mesh
 from lobefem.viz.frames import Frames, load_frames
 from lobefem.viz.study_figures import curves
@@ -126,10 +126,10 @@ def picture(
         raise InputError(f"--mode is of modes, not of {what}; leave it out")
     if pressure is not None and what in ("curves", "release"):
         raise InputError(f"{what} are of all pressures; leave --pressure out")
-    if "gores" in run.results:
+    if "gores" in run.results and what not in ("modes", "curves"):
         raise InputError(
-            f"lobefem plot draws no pumpkins yet; open '{run.path}/fields.xdmf' in ParaView, or use lobefem "
-            "report"
+            f"lobefem plot draws no {what} of pumpkins yet; open '{run.path}/fields.xdmf' in ParaView, or "
+            "use lobefem report"
         )
     holds = held(run)
     if what not in holds:
@@ -173,10 +173,11 @@ def held(run: Run) -> tuple[str, ...]:
     results = run.results
     found = {
         "modes": any(step.num_modes for step in run.steps)
-        and results.get("command") in ("modes", "critical"),
+        and results.get("command") in ("modes", "critical", *(("harmonics",) if "gores" in results else ())),
         "stress": any("stress_resultants" in step.cells for step in run.steps),
         "state": any("displacement" in step.nodal for step in run.steps),
-        "curves": any(results.get(key) for key in ("branches", "visited", "chart", "meshes", "history")),
+        "curves": any(results.get(key) for key in ("branches", "visited", "chart", "meshes", "history"))
+        or ("gores" in results and results.get("command") == "modes"),
         "release": bool(results.get("history")) and (run.path / "frames" / "mesh.npz").is_file(),
     }
     return tuple(what for what in WHATS if found[what])
@@ -195,7 +196,8 @@ def _step(run: Run, pressure: float | None) -> int:
 
 def _film(run: Run) -> FilmMesh:
     mesh = run.design["mesh"]
-    divisions = mesh.get("divisions")
+    # all gores of a pumpkin are no grid
+    divisions = None if "gores" in run.results else mesh.get("divisions")
     return film_mesh(
         run.x, run.corners, (0.0, 0.0, 1.0), divisions[1] * mesh.get("order", 1) if divisions else 0
     )
@@ -204,6 +206,7 @@ def _film(run: Run) -> FilmMesh:
 def _title(run: Run, step: Step) -> str:
     results = run.results
     lobes = "1 lobe" if results["lobes"] == 1 else f"{results['lobes']} lobes"
+    lobes = f"{results['gores']} gores" if "gores" in results else lobes
     what = f"{results['film'].replace('-', ' ')} film"
     if results["command"] == "perturb":
         what = f"{results['distortion']} of {results['parameter']:g} {results['unit']}"
@@ -243,19 +246,24 @@ def _modes(run: Run, number: int, chosen: Sequence[int] | None, width: float) ->
         shown.append((caption, mode["kind"], field))
 
     def panels(phase: float) -> list[Panel]:
+        if "gores" in results:
+            state = _moved(run, step)
+            return [pumpkin_modes.mode_panel(c, kind, film, state, f, phase=phase) for c, kind, f in shown]
         return [mode_figures.mode_panel(c, kind, film, field, phase=phase) for c, kind, field in shown]
 
     extremes = window(film, [*panels(0.0), *panels(math.pi / 2), *panels(math.pi), *panels(-math.pi / 2)])
     title = _title(run, step)
+    exaggerated = "dotted: as designed; displacements exaggerated"
+    note = exaggerated if "gores" in results else mode_figures.NOTE
 
     def at(phase: float) -> Callable[[Figure], None]:
         def draw(figure: Figure) -> None:
-            paint(figure, film, panels(phase), extremes, title=title, note=mode_figures.NOTE, width=width)
+            paint(figure, film, panels(phase), extremes, title=title, note=note, width=width)
 
         return draw
 
     swing = tuple(at(2 * math.pi * k / _SWING) for k in range(_SWING))
-    return Picture(_still(film, panels(0.0), title, width, note=mode_figures.NOTE), swing)
+    return Picture(_still(film, panels(0.0), title, width, note=note), swing)
 
 
 def _one_of_each(modes: Sequence[dict[str, Any]]) -> list[int]:

@@ -18,7 +18,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 from lobefem.io.run_reader import Run
 from lobefem.stability.branch_following import Branch
 from lobefem.units import pascals
-from lobefem.viz import mode_figures, study_figures
+from lobefem.viz import harmonic_curves, mode_figures, study_figures
 from lobefem.viz.style import COLOURS, LEDGER, MM, STYLE
 
 if TYPE_CHECKING:
@@ -287,6 +287,8 @@ def curves(run: Run, width: float) -> Figure:
         width: of the figure [mm].
     """
     results = run.results
+    if "gores" in results:
+        return harmonic_curves.curves(results, width=width)
     if results.get("branches"):
         branches = [
             Branch(

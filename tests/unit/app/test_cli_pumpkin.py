@@ -124,4 +124,4 @@ def test_a_run_of_one_gore_is_kept(lobefem_json, refused, tmp_path):
     assert again["volume"] == pytest.approx(first["volume"], rel=1e-10)
     code, said = refused("plot", run, "--what", "state")
     assert code == 2
-    assert "lobefem plot draws no pumpkins yet; open" in said
+    assert "lobefem plot draws no state of pumpkins yet; open" in said

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from lobefem import Design
+from lobefem.app import cli
 from lobefem.app.pumpkin_stability import search_end
 from lobefem.equilibrium.inflation import inflate
 from lobefem.stability import find_modes
@@ -135,6 +136,12 @@ def test_a_run_is_kept_and_gone_on_with(lobefem_json, refused, shared_path):
         mode = np.array(file["Function/mode_1/0"])
     assert len(mode) == 160 * 4 * 17  # nodes of all gores, four columns each
     assert np.linalg.norm(mode, axis=1).max() == pytest.approx(1.0)
+    for what in ("modes", "curves"):
+        assert cli.main(["plot", str(run), "--what", what]) == 0
+    assert cli.main(["report", str(run)]) == 0
+    text = MPI.COMM_WORLD.bcast((run / "report.html").read_text() if MPI.COMM_WORLD.rank == 0 else "")
+    assert "are damaged" not in text
+    assert "stability is lost at" in text
 
 
 @pytest.mark.parametrize(
