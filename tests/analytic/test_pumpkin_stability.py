@@ -11,7 +11,7 @@ from builders import isotensoid_pumpkin as pumpkin
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.fem.balloon import Balloon
-from lobefem.geometry.gore import ConstantAngle, Gore
+from lobefem.geometry.gore import ConstantAngle, ConstantRadius, Gore
 from lobefem.geometry.pumpkin import PumpkinRecipe
 from lobefem.geometry.pumpkin_curve import PumpkinCurve
 from lobefem.model.cables import Tendons
@@ -21,6 +21,8 @@ from lobefem.model.gas_pressure import GasPressure
 from lobefem.stability.gore_buckling import critical_pressures
 from lobefem.stability.modes import find_modes
 from lobefem.stability.refinement import trend
+
+import ufl
 
 
 # other programs' values: quadratic quadrilaterals of 64 x 8 cells, linear triangles of these
@@ -63,11 +65,13 @@ def test_all_cells_have_the_same_limit(gores, expected, cell, order, meshes):
     assert abs(limit.limit / expected - 1) < limit.error
 
 
-def fibres(gores, angle, divisions=(32, 8), pressure=1.0):
-    """The state of a gore of hoop fibres that hardly stretch, on tendons strained by 1/3000, R0 = 1 m."""
+def fibres(
+    gores, angle, divisions=(32, 8), pressure=1.0, *, law=FixedWrinkles, strain=1e-4, lobes=ConstantAngle
+):
+    """A gore of hoop fibres of p R0/(E t) = strain on tendons strained by 1/3000, R0 = 1 m."""
     curve = PumpkinCurve(1.0, (0.03, 0.03))
-    recipe = PumpkinRecipe(Gore(curve, gores, ConstantAngle(math.radians(angle))), divisions)
-    film = FixedWrinkles(E=1e4 * pressure / 5e-5, nu=0.0, thickness=5e-5, direction="hoop")
+    recipe = PumpkinRecipe(Gore(curve, gores, lobes(math.radians(angle))), divisions)
+    film = law(E=pressure / strain / 5e-5, nu=0.0, thickness=5e-5, direction="hoop")
     parts = [GasPressure("closed"), Tendons(EA=3000 * pressure * math.pi / gores), EndPlates(bar=False)]
     surface = recipe.surface()
     state = None
@@ -123,6 +127,44 @@ def test_critical_number_of_lobes_of_exact_arcs():
     critical = np.interp(0.0, lowest[::-1], numbers[::-1])
     assert numbers[0] < critical < numbers[1]
     assert critical == pytest.approx(arcs, rel=0.04)
+
+
+@pytest.mark.slow
+def test_lobes_of_constant_radius_are_stable_where_those_of_constant_angle_are_not():
+    """128 lobes of 60 degrees at the equator."""
+    assert find_modes(fibres(128, 60.0, lobes=ConstantRadius), 1, harmonics=range(12)).stable
+    assert find_modes(fibres(128, 60.0), 1, harmonics=[4]).lowest < 0
+
+
+@pytest.mark.slow
+def test_stability_of_inextensible_fibres_does_not_depend_on_the_pressure():
+    """The eigenvalue goes with the pressure where tendons and fibres are strained alike."""
+    one, hundred = (find_modes(fibres(64, 60.0, (16, 4), p), 1, harmonics=[4]).lowest for p in (1.0, 100.0))
+    assert hundred / 100 == pytest.approx(one, rel=1e-6)
+
+
+class EngineeringFibres(FixedWrinkles):
+    """Hoop fibres of E t/2 (l/l0 - 1)^2; with slack stiffness, from which a state starts, those of Green."""
+
+    def energy(self, strain, number=float):
+        if self.slack_stiffness:
+            return super().energy(strain, number)
+        return number(self.Et) / 2 * (ufl.sqrt(1 + 2 * strain[1, 1]) - 1) ** 2
+
+
+@pytest.mark.slow
+def test_elastic_hoop_fibres_become_unstable_as_they_stretch():
+    """64 lobes of 30 degrees: another program finds m = 4 at p r0/(E t) = 3.00, by engineering strain."""
+    lowest = [
+        find_modes(fibres(64, 30.0, law=EngineeringFibres, strain=x), 1, harmonics=range(2, 7))
+        for x in (2.75, 3.25)
+    ]
+    assert lowest[0].stable
+    assert lowest[1].modes[0].harmonic == 4
+    values = [find_modes(modes.state, 1, harmonics=[4]).lowest for modes in lowest]
+    assert np.interp(0.0, values[::-1], (3.25, 2.75)) == pytest.approx(3.0, rel=0.03)
+    # strain of Green and Lagrange makes fibres stretched by a third firmer: stable further on
+    assert find_modes(fibres(64, 30.0, strain=3.25), 1, harmonics=range(2, 7)).stable
 
 
 def test_hoop_fibres_have_the_independent_eigenvalue():
