@@ -16,6 +16,7 @@ __all__ = [
     "SNES",
     "TS",
     "Array",
+    "Axes",
     "Cell",
     "Comm",
     "ComplexArray",
@@ -25,6 +26,7 @@ __all__ = [
     "Expr",
     "Form",
     "Function",
+    "Gmsh",
     "Indices",
     "Integers",
     "Layout",
@@ -56,6 +58,9 @@ type SNES = Any  # petsc4py.PETSc.SNES
 type TS = Any  # petsc4py.PETSc.TS
 type EPS = Any  # slepc4py.SLEPc.EPS
 type Sparse = Any  # a matrix of scipy.sparse
+
+type Gmsh = Any  # the module, once it is imported and started
+type Axes = Any  # matplotlib.axes.Axes
 
 type Mesh = Any  # dolfinx.mesh.Mesh
 type Space = Any  # dolfinx.fem.FunctionSpace

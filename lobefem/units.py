@@ -12,10 +12,12 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from lobefem.typing import Unchecked
+
+from lobefem.typing import Unchecked
 
 __all__ = [
     "ANGLE",
@@ -99,7 +101,7 @@ _HANDY = {
 _TEXT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^\d\s.+-]\S*)?\s*")
 
 
-def shown(value: Any) -> str:
+def shown(value: Unchecked) -> str:
     """A value as a message quotes it: on one line, and not at any length."""
     try:
         text = repr(value)

@@ -27,6 +27,7 @@ from lobefem.stability.one_sided import (
     one_sided_pressures,
     slack_critical_pressure,
 )
+from lobefem.typing import Comm
 from lobefem.units import pascals
 from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
@@ -46,7 +47,7 @@ def critical(
     state: str = "ideal",
     harmonic: int | None = None,
     limit: float | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
@@ -132,7 +133,7 @@ def _along_path(
     outcome: Outcome,
     design: Design,
     limit: float,
-    comm: Any,
+    comm: Comm,
     progress: Progress | None,
     folder: RunFolder | None,
 ) -> None:
@@ -211,7 +212,7 @@ def harmonics(
     *,
     harmonics: tuple[int, ...] | None = None,
     limit: float | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
@@ -322,7 +323,7 @@ def mesh_study(
     design: Design,
     *,
     divisions: tuple[tuple[int, int], ...] | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:

@@ -25,6 +25,7 @@ from lobefem.progress import Progress
 from lobefem.stability.modes import find_modes
 from lobefem.stability.perturbation import Perturbed, Point
 from lobefem.stability.perturbation import perturb as impose
+from lobefem.typing import Comm
 from lobefem.units import in_degrees
 from lobefem.viz.frames import keep_frame
 
@@ -39,7 +40,7 @@ def perturb(
     contact: bool = True,
     steps: int = 20,
     damping: float = 1.0,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
@@ -133,7 +134,7 @@ def perturb(
 
 
 def _original(
-    design: Design, balloon: Balloon, comm: Any, results: dict[str, Any], progress: Progress | None
+    design: Design, balloon: Balloon, comm: Comm, results: dict[str, Any], progress: Progress | None
 ) -> Equilibrium:
     """The pressurised balloon of a design: of all gores that in which they are alike, the gas sealed in.
 

@@ -18,6 +18,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from lobefem.typing import Comm
+
 __all__ = ["Ranks", "Stop", "stdout_to_stderr"]
 
 # set by mpirun of Open MPI, of MPICH and its kin, and by PMIx launchers
@@ -114,7 +116,7 @@ class Stop:
         comm: MPI communicator of all ranks, None for one process.
     """
 
-    def __init__(self, comm: Any = None) -> None:
+    def __init__(self, comm: Comm | None = None) -> None:
         self.comm = comm
         self.note: Callable[[], str] = lambda: ""
         self.hush: Callable[[], None] = lambda: None

@@ -24,7 +24,7 @@ from lobefem.stability.gore_buckling import GorePressures, critical_pressures
 from lobefem.stability.gore_path import Eigenvalues
 from lobefem.stability.mode_records import Mode, Modes
 from lobefem.stability.modes import find_modes
-from lobefem.typing import Mass
+from lobefem.typing import Comm, Mass
 from lobefem.units import pascals
 
 from mpi4py import MPI
@@ -37,7 +37,7 @@ _STRAIN = 0.05  # beyond which a linear law is none of plastic film
 class _Gore:
     """One gore of a design, and all gores of it for files and pictures."""
 
-    def __init__(self, design: Design, comm: Any) -> None:
+    def __init__(self, design: Design, comm: Comm) -> None:
         self.design, self.comm = design, MPI.COMM_WORLD if comm is None else comm
         self.balloon: Balloon = design.balloon(design.surface(self.comm, sector=True))
 
@@ -78,7 +78,7 @@ def modes(
     count: int = 8,
     mass: Mass = "unit",
     harmonics: tuple[int, ...] | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
@@ -174,7 +174,7 @@ def critical(
     harmonic: int | None = None,
     limit: float | None = None,
     near: float | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
@@ -206,7 +206,7 @@ def harmonics(
     *,
     harmonics: tuple[int, ...] | None = None,
     limit: float | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
@@ -234,7 +234,7 @@ def _searched(
     looked_at: tuple[int, ...],
     limit: float | None,
     first: bool,
-    comm: Any,
+    comm: Comm,
     progress: Progress | None,
     folder: RunFolder | None,
     start: float | None = None,

@@ -14,6 +14,7 @@ from lobefem.app.process import stdout_to_stderr
 from lobefem.app.progress_bar import reporting
 from lobefem.app.tables import printable, show, show_profile
 from lobefem.errors import InputError
+from lobefem.typing import Comm
 
 if TYPE_CHECKING:
     import typer
@@ -32,7 +33,7 @@ class Interrupted(Exception):  # noqa: N818  no error
     """KeyboardInterrupt, which versions of typer each turn into something else."""
 
 
-def _overridden(given: dict[str, Any], comm: Any) -> Design:
+def _overridden(given: dict[str, Any], comm: Comm) -> Design:
     """The design file with the options put over it."""
     from lobefem.io.design import Design
 
@@ -75,7 +76,7 @@ def _reached(folder: Any) -> str:
     return f"; the last accepted step is in {folder.path}, the same command with --resume goes on from it"
 
 
-def _folder(given: dict[str, Any], comm: Any) -> Any:
+def _folder(given: dict[str, Any], comm: Comm) -> Any:
     """The run folder that --out asks for, None without."""
     from lobefem.io.run_folder import RunFolder
 

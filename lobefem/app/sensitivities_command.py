@@ -20,7 +20,7 @@ from lobefem.io.xdmf import Snapshot
 from lobefem.progress import Progress, plain
 from lobefem.stability.gore_buckling import critical_pressures
 from lobefem.stability.sensitivities import Adjoint, Sensitivity, critical_sensitivity
-from lobefem.typing import Array
+from lobefem.typing import Array, Comm
 
 __all__ = ["sensitivities"]
 
@@ -46,7 +46,7 @@ def sensitivities(
     *,
     harmonic: int,
     limit: float | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
@@ -116,7 +116,7 @@ def sensitivities(
 
 
 def _critical_state(
-    state: Equilibrium, harmonic: int, stable: bool, up_to: float, comm: Any, progress: Progress | None
+    state: Equilibrium, harmonic: int, stable: bool, up_to: float, comm: Comm, progress: Progress | None
 ) -> tuple[Equilibrium | None, str]:
     """A state at which the harmonic loses its stability, or None and why there is none. Collective."""
     options: dict[str, Any] = {"comm": comm, "progress": plain(progress)}
@@ -136,7 +136,7 @@ def _row(called: str, step: str, changes: dict[str, float]) -> dict[str, Any]:
 
 
 def _parameters(
-    design: Design, balloon: Balloon, quantities: Sequence[Sensitivity], comm: Any
+    design: Design, balloon: Balloon, quantities: Sequence[Sensitivity], comm: Comm
 ) -> list[dict[str, Any]]:
     """A row a parameter, those that do most for the stability first."""
     rows = [
@@ -179,7 +179,7 @@ def _widths(balloon: Balloon) -> list[tuple[str, Callable[[Array], Array]]]:
     return found + [(f"half-width at {s:g}", partial(growth, middle=s)) for s in _STATIONS]
 
 
-def _balloon(design: Design, comm: Any) -> Balloon:
+def _balloon(design: Design, comm: Comm) -> Balloon:
     return design.balloon(design.surface(comm, sector=True))
 
 

@@ -18,6 +18,7 @@ from lobefem.io.run_folder import RunFolder
 from lobefem.io.xdmf import Snapshot
 from lobefem.outcomes import UNDECIDED
 from lobefem.progress import Progress, part, said
+from lobefem.typing import Comm
 from lobefem.version import __version__
 from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
@@ -77,7 +78,7 @@ class Outcome:
 def inflate(
     design: Design,
     *,
-    comm: Any = None,
+    comm: Comm | None = None,
     full: bool = False,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
@@ -146,7 +147,7 @@ def modes(
     count: int = 8,
     mass: Mass = "unit",
     harmonics: tuple[int, ...] | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:

@@ -30,6 +30,7 @@ from lobefem.errors import InputError
 from lobefem.files import replace
 from lobefem.io.result_keys import COMMANDS, COMMON
 from lobefem.progress import Progress, said
+from lobefem.typing import Comm
 from lobefem.version import __version__
 from lobefem.viz.style import MM, STYLE
 
@@ -175,7 +176,7 @@ def _quantity(results: Mapping[str, Any], key: str) -> Any:
     return min(mode["real"] for entry in entries for mode in entry["modes"])
 
 
-def workers(number: int, comm: Any = None) -> Any:
+def workers(number: int, comm: Comm | None = None) -> Any:
     """A context manager with the executor that runs the points.
 
     Args:

@@ -14,13 +14,14 @@ from lobefem.equilibrium.state import Equilibrium, record
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.fem.cyclic_symmetry import about_axis, images
+from lobefem.typing import Comm
 
 from mpi4py import MPI
 
 __all__ = ["full_balloon", "full_state", "spread_state"]
 
 
-def full_balloon(sector: Balloon, comm: Any = MPI.COMM_WORLD) -> Balloon:
+def full_balloon(sector: Balloon, comm: Comm = MPI.COMM_WORLD) -> Balloon:
     """All gores of a pumpkin of which a balloon is one gore: the same film and components. Collective.
 
     Args:

@@ -103,12 +103,12 @@ def at_nodes(V: Space, field: Array) -> Array:
     return out
 
 
-def degree(mesh: Any) -> int:
+def degree(mesh: Mesh) -> int:
     """Degree of a mesh's geometry, 1 or 2, from the nodes of a cell."""
     return {3: 1, 4: 1, 6: 2, 9: 2}[dolfinx_compat.geometry_dofmap(mesh).shape[1]]
 
 
-def nodal_space(mesh: Any) -> Any:
+def nodal_space(mesh: Mesh) -> Any:
     """The space of displacements of a mesh's nodes, of the geometry's degree. Collective."""
     return fem.functionspace(mesh, basix.ufl.element("Lagrange", mesh.basix_cell(), degree(mesh), shape=(3,)))
 

@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from lobefem.errors import MissingDependencyError, SolveError
 from lobefem.frozen import Frozen
+from lobefem.typing import Gmsh
 
 __all__ = ["Meridian", "RawMesh", "fresh_model", "structured", "unstructured"]
 
@@ -185,7 +186,7 @@ def fresh_model() -> Iterator[Any]:
             gmsh.model.setCurrent(current)
 
 
-def _meridians(gmsh: Any, shape: Meridian, lobes: int) -> list[int]:
+def _meridians(gmsh: Gmsh, shape: Meridian, lobes: int) -> list[int]:
     """One curve per lobe in the plane y = 0, x > 0, each sharing its end points with the next."""
     occ = gmsh.model.occ
     s = shape.stations(_POINTS - 1)
@@ -211,7 +212,7 @@ def _ends(out: list[tuple[int, int]]) -> list[int]:
     return [out[k - 1][1] for k, (dim, _) in enumerate(out) if dim == 2]
 
 
-def _name_groups(gmsh: Any, shape: Meridian, faces: list[list[int]], meridians: set[int]) -> None:
+def _name_groups(gmsh: Gmsh, shape: Meridian, faces: list[list[int]], meridians: set[int]) -> None:
     """Physical groups lobe_k and ring_k, k from 1 and from 0; `faces` holds each lobe's."""
     rings: list[set[int]] = [set() for _ in range(len(faces) + 1)]
     for k, lobe in enumerate(faces):
@@ -228,7 +229,7 @@ def _name_groups(gmsh: Any, shape: Meridian, faces: list[list[int]], meridians: 
         gmsh.model.addPhysicalGroup(1, sorted(ring_curves), k, name=f"ring_{k}")
 
 
-def _read(gmsh: Any, lobes: int, corners: int) -> RawMesh:
+def _read(gmsh: Gmsh, lobes: int, corners: int) -> RawMesh:
     """Take cells and rings out of the groups; refuse cells of any other type."""
     mesh = gmsh.model.mesh
     wanted = {3: 2, 4: 3}[corners]  # Gmsh's numbers for the linear triangle and quadrilateral

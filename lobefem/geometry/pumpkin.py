@@ -22,7 +22,7 @@ from lobefem.geometry.gore import Gore
 from lobefem.geometry.surface import Surface
 from lobefem.log import logger
 from lobefem.profiling import timed
-from lobefem.typing import Array, Integers
+from lobefem.typing import Array, Comm, Integers
 
 from dolfinx import fem
 from mpi4py import MPI
@@ -150,7 +150,7 @@ class PumpkinRecipe:
         return gore_grid(self.gore.curve.arc_length, self.divisions, self.cell, self.order, self.grading)
 
     @timed("mesh")
-    def surface(self, comm: Any = MPI.COMM_WORLD) -> Surface:
+    def surface(self, comm: Comm = MPI.COMM_WORLD) -> Surface:
         """Mesh one gore, whole on every rank, or all of them. Collective.
 
         The groups are gore_1, ..., tendon_1, ..., nadir and apex (also rim_bottom and rim_top).

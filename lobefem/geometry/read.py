@@ -20,7 +20,7 @@ from lobefem.geometry.distribute import distribute_mesh, edge_tags, on_root
 from lobefem.geometry.gmsh import fresh_model
 from lobefem.geometry.orientation import turned
 from lobefem.linalg import dolfinx_compat
-from lobefem.typing import Array, Integers
+from lobefem.typing import Array, Comm, Gmsh, Integers, Mesh
 
 from dolfinx.mesh import CellType, meshtags
 
@@ -90,7 +90,7 @@ def groups_of(
     return groups
 
 
-def read_msh(path: str | Path, comm: Any, plates: Iterable[str] | None = None) -> dict[str, Any]:
+def read_msh(path: str | Path, comm: Comm, plates: Iterable[str] | None = None) -> dict[str, Any]:
     """Mesh, tags and groups of a Gmsh file, by the names of a `Surface`'s fields. Collective.
 
     Raises:
@@ -98,14 +98,14 @@ def read_msh(path: str | Path, comm: Any, plates: Iterable[str] | None = None) -
     """
     path = Path(path)
 
-    def merge(gmsh: Any) -> None:
+    def merge(gmsh: Gmsh) -> None:
         gmsh.merge(str(path))
 
     return _distributed(path, comm, merge, plates)
 
 
 def read_step(
-    path: str | Path, size: float, comm: Any, plates: Iterable[str] | None = None, order: int = 1
+    path: str | Path, size: float, comm: Comm, plates: Iterable[str] | None = None, order: int = 1
 ) -> dict[str, Any]:
     """The faces of a STEP file in triangles, by the names of a `Surface`'s fields. Collective.
 
@@ -124,7 +124,7 @@ def read_step(
     if order not in (1, 2):
         raise InputError(f"order = {order!r} must be 1 or 2")
 
-    def mesh(gmsh: Any) -> None:
+    def mesh(gmsh: Gmsh) -> None:
         gmsh.option.setString("Geometry.OCCTargetUnit", "M")
         try:
             gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
@@ -140,7 +140,7 @@ def read_step(
 
 
 def _distributed(
-    path: Path, comm: Any, fill: Callable[[Any], None], plates: Iterable[str] | None
+    path: Path, comm: Comm, fill: Callable[[Any], None], plates: Iterable[str] | None
 ) -> dict[str, Any]:
     """Read on rank 0, turn the cells, and share the mesh out. Collective."""
 
@@ -187,7 +187,7 @@ def _turn(read: _Read, backwards: npt.NDArray[np.bool_]) -> None:
     read.cells[backwards] = read.cells[backwards][:, reverse[read.kind]]
 
 
-def _extract(gmsh: Any, path: Path) -> _Read:
+def _extract(gmsh: Gmsh, path: Path) -> _Read:
     """Cells, tagged edges and names of the current model; refuse what is not one surface mesh."""
     mesh = gmsh.model.mesh
     if len(mesh.getElementTypes(3)):
@@ -231,17 +231,17 @@ def _extract(gmsh: Any, path: Path) -> _Read:
     return _Read(kinds[0], points.reshape(-1, 3)[row[used]], cells, regions, rings, groups)
 
 
-def _nodes_of_edge(mesh: Any) -> int:
+def _nodes_of_edge(mesh: Mesh) -> int:
     return 3 if 8 in mesh.getElementTypes(1) else 2
 
 
-def _of_entity(mesh: Any, dimension: int, entity: int) -> Integers:
+def _of_entity(mesh: Mesh, dimension: int, entity: int) -> Integers:
     """Nodes of the cells or edges of one entity, in a row."""
     parts = mesh.getElements(dimension, entity)[2]
     return np.concatenate([np.empty(0, dtype=np.int64), *(part.astype(np.int64) for part in parts)])
 
 
-def _named(gmsh: Any) -> dict[str, tuple[int, int, list[int]]]:
+def _named(gmsh: Gmsh) -> dict[str, tuple[int, int, list[int]]]:
     """Dimension, tag and entities of each group by its name.
 
     Where nothing was grouped each curve and face is a group of its own. What has no name is called after its

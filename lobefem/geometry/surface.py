@@ -20,7 +20,7 @@ from lobefem.geometry.flat_cylinder import Cylinder
 from lobefem.geometry.meridian import Lobe
 from lobefem.geometry.orientation import CORNERS
 from lobefem.linalg import dolfinx_compat
-from lobefem.typing import Array, Indices
+from lobefem.typing import Array, Comm, Indices
 
 from dolfinx.mesh import Mesh, MeshTags
 
@@ -112,7 +112,7 @@ class Surface(Frozen, OnMesh, Summarized):
     def from_msh(
         cls,
         path: Any,
-        comm: Any = None,
+        comm: Comm | None = None,
         *,
         plates: tuple[str, str] | None = None,
         axis: Any = None,
@@ -142,7 +142,7 @@ class Surface(Frozen, OnMesh, Summarized):
         cls,
         path: Any,
         size: float,
-        comm: Any = None,
+        comm: Comm | None = None,
         *,
         order: int = 1,
         plates: tuple[str, str] | None = None,
@@ -344,7 +344,7 @@ def _grid(surface: Surface) -> tuple[int, int]:
     return pair[0], pair[1]
 
 
-def _communicator(comm: Any) -> Any:
+def _communicator(comm: Comm) -> Any:
     if comm is not None:
         return comm
     from mpi4py import MPI

@@ -22,6 +22,7 @@ from lobefem.io.design_sections import Cap
 from lobefem.io.design_tables import Tables
 from lobefem.io.design_values import fill, listed, nearest
 from lobefem.io.toml import read_toml, to_toml
+from lobefem.typing import Comm
 from lobefem.units import LENGTH, shown
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ class Design(Tables):
             raise InputError((source and f"{source}: ") + begin + text) from None
 
     @classmethod
-    def load(cls, path: str | Path, comm: Any = None) -> Design:
+    def load(cls, path: str | Path, comm: Comm | None = None) -> Design:
         """Read a design file.
 
         Args:
@@ -197,7 +198,7 @@ class Design(Tables):
 
     # --- building -------------------------------------------------------------------------------
 
-    def surface(self, comm: Any = None, *, sector: bool = False) -> Surface:
+    def surface(self, comm: Comm | None = None, *, sector: bool = False) -> Surface:
         """The meshed film; for a formed lobe after its form was found. Collective.
 
         A form is found on a cylinder with the mesh of one lobe as designed, or with the default mesh

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from lobefem.typing import Unchecked
 from lobefem.units import ANGLE, FORCE, LENGTH, MASS, PRESSURE, Quantity, shown
 
 __all__ = [
@@ -43,7 +44,7 @@ def _written(kind: Quantity, rule: str = "") -> Any:
 def quantity(kind: Quantity, rule: str = "", holds: Callable[[float], bool] | None = None) -> BeforeValidator:
     """Read a quantity; `holds` says whether its SI value is possible, `rule` so in words."""
 
-    def check(value: Any) -> float:
+    def check(value: Unchecked) -> float:
         number = kind.read(value)
         if holds is not None and not holds(number):
             raise ValueError(f"{shown(value)} must be {rule}; {kind.advice}")
@@ -61,7 +62,7 @@ def positive(kind: Quantity) -> BeforeValidator:
 def word(*words: str) -> BeforeValidator:
     """Read one of the words."""
 
-    def check(value: Any) -> str:
+    def check(value: Unchecked) -> str:
         if not isinstance(value, str) or value not in words:
             raise ValueError(f"{shown(value)} is unknown; use {listed(words)}{nearest(value, words)}")
         return value
@@ -69,28 +70,28 @@ def word(*words: str) -> BeforeValidator:
     return BeforeValidator(check, json_schema_input_type=Literal[words])
 
 
-def text(value: Any) -> str:
+def text(value: Unchecked) -> str:
     """Read words of any kind."""
     if not isinstance(value, str) or not value:
         raise ValueError(f"{shown(value)} is no text; write words in quotes")
     return value
 
 
-def group_name(value: Any) -> str:
+def group_name(value: Unchecked) -> str:
     """Read the name of a group of the mesh."""
     if not isinstance(value, str) or not value:
         raise ValueError(f'{shown(value)} is no name; give that of an edge group of the mesh, e.g. "rim"')
     return value
 
 
-def file_name(value: Any) -> str:
+def file_name(value: Unchecked) -> str:
     """Read the name of a mesh file."""
     if not isinstance(value, str) or not value.strip() or "\0" in value:
         raise ValueError(f'{shown(value)} is no file; give that of a mesh from Gmsh, e.g. "beam.msh"')
     return value
 
 
-def flag(value: Any) -> bool:
+def flag(value: Unchecked) -> bool:
     """Read true or false."""
     if not isinstance(value, bool):
         raise ValueError(f"{shown(value)} is neither true nor false; write one of the two without quotes")
@@ -101,7 +102,7 @@ def integer(least: int, most: int | None = None) -> BeforeValidator:
     """Read an integer from `least` to `most`."""
     span = f"{least} or {most}" if most else f"an integer, {least} or more"
 
-    def check(value: Any) -> int:
+    def check(value: Unchecked) -> int:
         text = isinstance(value, str) and value.strip().isdecimal() and len(value) <= _MOST_DIGITS
         number = int(value) if text else value
         whole = isinstance(number, int) and not isinstance(number, bool)
@@ -112,7 +113,7 @@ def integer(least: int, most: int | None = None) -> BeforeValidator:
     return BeforeValidator(check, json_schema_input_type=Annotated[int, Field(ge=least, le=most)])
 
 
-def _cell_divisions(value: Any) -> tuple[int, int]:
+def _cell_divisions(value: Unchecked) -> tuple[int, int]:
     """Read numbers of cells along and around."""
     pair: Any = value
     if isinstance(value, str):
@@ -132,7 +133,7 @@ def _cell_divisions(value: Any) -> tuple[int, int]:
 cells = BeforeValidator(_cell_divisions, json_schema_input_type=tuple[int, int] | str)
 
 
-def _bar(value: Any) -> bool | float:
+def _bar(value: Unchecked) -> bool | float:
     """Read whether there is a rigid bar, or the stiffness of an elastic one [N]."""
     if isinstance(value, bool):
         return value
@@ -152,7 +153,7 @@ def _bar(value: Any) -> bool | float:
 bar_stiffness = BeforeValidator(_bar, json_schema_input_type=bool | float | str)
 
 
-def _pressures(value: Any) -> tuple[float, ...]:
+def _pressures(value: Unchecked) -> tuple[float, ...]:
     """Read one pressure or several [Pa]."""
     values = value if isinstance(value, (list, tuple)) else [value]
     if not values:
@@ -180,7 +181,7 @@ def nearest(word: Any, words: Iterable[str]) -> str:
     return f" (did you mean {close[0]}?)" if close else ""
 
 
-def _half_angle(value: Any) -> float:
+def _half_angle(value: Unchecked) -> float:
     number = ANGLE.read(value)
     if not 0 <= number <= math.pi / 2 * (1 + 1e-12):
         raise ValueError(
@@ -196,7 +197,7 @@ angle = BeforeValidator(_half_angle, json_schema_input_type=_written(ANGLE))  # 
 def pair(kind: Quantity) -> BeforeValidator:
     """Read two quantities above zero, of the bottom and the top, or one for both; masses may be zero."""
 
-    def check(value: Any) -> tuple[float, float]:
+    def check(value: Unchecked) -> tuple[float, float]:
         both = value if isinstance(value, (list, tuple)) else (value, value)
         if len(both) != 2:
             raise ValueError(f"{shown(value)} is not one number or two, [bottom, top]; {kind.advice}")
@@ -212,7 +213,7 @@ def pair(kind: Quantity) -> BeforeValidator:
     return BeforeValidator(check, json_schema_input_type=one | tuple[one, one])
 
 
-def _number_row(value: Any) -> tuple[float, ...]:
+def _number_row(value: Unchecked) -> tuple[float, ...]:
     if not isinstance(value, (list, tuple)) or len(value) < 2:
         raise ValueError(f"{shown(value)} is no row of numbers; give two at least, [0, 1]")
     return tuple(LENGTH.read(one) for one in value)
@@ -221,6 +222,6 @@ def _number_row(value: Any) -> tuple[float, ...]:
 number_row = BeforeValidator(_number_row, json_schema_input_type=list[float | str])
 
 
-def fill(section: Any, key: str, value: Any) -> None:
+def fill(section: Any, key: str, value: Unchecked) -> None:
     """Set a default that depends on other keys; it does not count as given."""
     object.__setattr__(section, key, value)  # sections are frozen for all others

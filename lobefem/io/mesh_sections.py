@@ -9,18 +9,19 @@ from pydantic import BeforeValidator, model_validator
 
 from lobefem.io.design_sections import Section
 from lobefem.io.design_values import flag, group_name, positive, quantity
+from lobefem.typing import Unchecked
 from lobefem.units import FORCE, LENGTH, NUMBER, shown
 
 __all__ = ["CableTable", "FixedTable", "Supports", "one_or_more"]
 
 
-def _components(value: Any) -> str:
+def _components(value: Unchecked) -> str:
     if not isinstance(value, str) or not value or sorted(set(value) & set("xyz")) != sorted(value):
         raise ValueError(f'{shown(value)} are no components; give some of x, y and z, e.g. "xy"')
     return value
 
 
-def one_or_more(value: Any) -> Any:
+def one_or_more(value: Unchecked) -> Any:
     """A list of tables; one alone, [fixed], is a list of one."""
     return [value] if isinstance(value, Mapping) else value
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from lobefem.errors import InputError
 from lobefem.files import on_root, replacing
-from lobefem.typing import Array, Integers
+from lobefem.typing import Array, Comm, Integers
 
 __all__ = ["BlockReader", "write"]
 
@@ -31,7 +31,7 @@ _ROW = 24  # bytes
 
 def write(
     path: Path,
-    comm: Any,
+    comm: Comm,
     numbers: Integers,
     count: int,
     fields: Mapping[str, Array],
@@ -72,7 +72,7 @@ def write(
     on_root(comm, path, on_disk)
 
 
-def _blocks(comm: Any, numbers: Integers, count: int, fields: Mapping[str, Array]) -> Iterator[Array | None]:
+def _blocks(comm: Comm, numbers: Integers, count: int, fields: Mapping[str, Array]) -> Iterator[Array | None]:
     """Each field as blocks of rows in order: on rank 0, None elsewhere. Collective."""
     order = np.argsort(numbers)
     numbers = numbers[order]
@@ -114,7 +114,7 @@ class BlockReader:
     def __init__(
         self,
         path: Path,
-        comm: Any,
+        comm: Comm,
         count: int,
         fields: tuple[str, ...],
         small: tuple[str, ...],

@@ -10,6 +10,7 @@ from typing import Any
 import gmsh
 
 from lobefem.linalg.dolfinx_compat import PETSc, dolfinx
+from lobefem.typing import Comm
 from lobefem.version import __version__
 
 import ufl
@@ -19,7 +20,7 @@ from slepc4py import SLEPc
 __all__ = ["provenance"]
 
 
-def provenance(comm: Any) -> dict[str, Any]:
+def provenance(comm: Comm) -> dict[str, Any]:
     """Versions, git revision (None outside of a checkout) and number of ranks. Collective."""
     return {
         "lobefem": __version__,

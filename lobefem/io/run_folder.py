@@ -36,6 +36,7 @@ from lobefem.io.checkpoints import load_modes, load_state, save_modes, save_stat
 from lobefem.io.run_reader import load_run
 from lobefem.io.xdmf import Snapshot, save_fields
 from lobefem.log import logger
+from lobefem.typing import Comm
 from lobefem.units import shown
 
 if TYPE_CHECKING:
@@ -79,7 +80,9 @@ class RunFolder:
         versions: with which the run began, as `begin` was told.
     """
 
-    def __init__(self, path: str | Path, comm: Any, *, overwrite: bool = False, resume: bool = False) -> None:
+    def __init__(
+        self, path: str | Path, comm: Comm, *, overwrite: bool = False, resume: bool = False
+    ) -> None:
         self.path, self.comm, self.overwrite, self.resume = Path(path), comm, overwrite, resume
         self.has_steps = False
         self.versions: dict[str, Any] = {}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from lobefem.io.run_reader import Run, Step
-from lobefem.typing import Array, Integers
+from lobefem.typing import Array, Integers, Unchecked
 
 __all__ = ["NAMES", "tables"]
 
@@ -32,7 +32,7 @@ def _text(rows: Sequence[Sequence[Any]]) -> str:
     return stream.getvalue()
 
 
-def _dicts(value: Any) -> list[Mapping[str, Any]]:
+def _dicts(value: Unchecked) -> list[Mapping[str, Any]]:
     return [one for one in value if isinstance(one, Mapping)] if isinstance(value, list) else []
 
 

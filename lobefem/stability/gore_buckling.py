@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from lobefem import checks
 from lobefem.display import Summarized, Summary, number
@@ -22,6 +21,7 @@ from lobefem.stability.gore_modes import GoreSector
 from lobefem.stability.gore_path import Crossing, Eigenvalues, GorePath, Keep
 from lobefem.stability.mode_records import Mode
 from lobefem.stability.modes import find_modes
+from lobefem.typing import Comm
 
 from mpi4py import MPI
 
@@ -140,7 +140,7 @@ def critical_pressures(
     growth: float = 1.3,
     rtol: float = 1e-3,
     first: bool = False,
-    comm: Any = None,
+    comm: Comm | None = None,
     known: Eigenvalues | None = None,
     keep: Keep | None = None,
     progress: Callable[[str], None] | None = None,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from lobefem.fem.rigid_motions import free_to_rotate, is_turn
 from lobefem.files import on_all, share_of
 from lobefem.progress import Progress, said
 from lobefem.stability.gore_modes import GorePencil, GoreSector
-from lobefem.typing import ComplexArray
+from lobefem.typing import Comm, ComplexArray
 
 __all__ = ["Crossing", "Eigenvalues", "GorePath", "Keep", "PathPoint"]
 
@@ -81,7 +81,7 @@ class GorePath:
         gore: GoreSector,
         balloon: Balloon,
         harmonics: tuple[int, ...],
-        comm: Any,
+        comm: Comm,
         up_to: float,
         *,
         known: Eigenvalues | None = None,

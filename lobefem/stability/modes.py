@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any, get_args
+from typing import get_args
 
 import numpy as np
 
@@ -33,7 +33,7 @@ from lobefem.stability.fourier import cyclic_order, kind_of
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.inertia import as_many, num_below, num_proved, shift_below, vary
 from lobefem.stability.mode_records import NEUTRAL, Mode, Modes, is_rotation, make_mode
-from lobefem.typing import Mass, Vec
+from lobefem.typing import Comm, Mass, Vec
 
 from slepc4py import SLEPc
 
@@ -56,7 +56,7 @@ def find_modes(
     mass: Mass = "unit",
     tolerance: float = 1e-8,
     harmonics: int | Iterable[int] | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
 ) -> Modes:
     """The lowest modes of a state.
 
@@ -207,7 +207,7 @@ def _scale(balloon: Balloon) -> float:
     return 1e-2 * stiffness_scale(balloon, pressure)
 
 
-def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int, ...], comm: Any) -> Modes:
+def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int, ...], comm: Comm) -> Modes:
     """The lowest modes of some harmonics of a state of one sector; values as often as the full model's."""
     # slow to import, as is SciPy with it
     from lobefem.stability.gore_modes import GoreMode, GorePencil, GoreSector

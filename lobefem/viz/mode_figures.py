@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from lobefem.errors import InputError
-from lobefem.typing import Array
+from lobefem.typing import Array, Axes
 from lobefem.viz.film_mesh import FilmMesh, facing, gather
 from lobefem.viz.style import COLOURS, MM, STYLE, UNITS
 from lobefem.viz.views import Panel, blank, paint, window
@@ -129,7 +129,7 @@ def _minor(branch: Branch) -> bool:
     return branch.kind == "local" and branch.rank > 0
 
 
-def _note(axes: Any, text: str, at: tuple[float, float], offset: tuple[float, float], coords: Any) -> None:
+def _note(axes: Axes, text: str, at: tuple[float, float], offset: tuple[float, float], coords: Any) -> None:
     axes.annotate(
         text,
         at,
@@ -143,7 +143,7 @@ def _note(axes: Any, text: str, at: tuple[float, float], offset: tuple[float, fl
     )
 
 
-def _mark(axes: Any, critical: CriticalPressure | CriticalPoint, mode: Mode, low: float) -> None:
+def _mark(axes: Axes, critical: CriticalPressure | CriticalPoint, mode: Mode, low: float) -> None:
     """A ring at the crossing, and a note in the corner below the zero line, which is empty."""
     where = ""
     if critical.divisions is not None:
@@ -161,7 +161,7 @@ def _mark(axes: Any, critical: CriticalPressure | CriticalPoint, mode: Mode, low
 
 
 def _label_ends(
-    figure: Any, axes: Any, branches: Sequence[Branch], last: float, limits: tuple[float, float]
+    figure: Any, axes: Axes, branches: Sequence[Branch], last: float, limits: tuple[float, float]
 ) -> None:
     """Names at the right end of the curves, pushed apart; a local branch is named by its n only."""
     ends = [(float(b.values[-1]), b) for b in branches if b.pressures[-1] == last]

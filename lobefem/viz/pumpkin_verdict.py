@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from lobefem.typing import Unchecked
 from lobefem.units import pascals
 
 __all__ = ["critical"]
@@ -18,7 +19,7 @@ _MOVES = {
 }
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: Unchecked) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 

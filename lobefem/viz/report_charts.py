@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lobefem.io.run_reader import Run
+from lobefem.typing import Unchecked
 from lobefem.units import pascals
 from lobefem.viz.report_tables import Table, rows_of
 from lobefem.viz.style import COLOURS, LEDGER, UNITS
@@ -45,14 +46,14 @@ class Chart:
         return {"data": self.traces, "layout": axes}
 
 
-def _rows(value: Any, *keys: str) -> list[dict[str, Any]]:
+def _rows(value: Unchecked, *keys: str) -> list[dict[str, Any]]:
     """The dictionaries of a list that have certain keys."""
     if not isinstance(value, list):
         return []
     return [row for row in value if isinstance(row, dict) and all(key in row for key in keys)]
 
 
-def _finite(value: Any) -> bool:
+def _finite(value: Unchecked) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
@@ -321,7 +322,7 @@ def history(run: Run) -> list[Chart]:
     return charts
 
 
-def _told(value: Any) -> str:
+def _told(value: Unchecked) -> str:
     return f"{value:.4g}" if _finite(value) else "none"
 
 

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from lobefem.geometry.axis import across
 from lobefem.io.run_reader import Run, Step
-from lobefem.typing import Array
+from lobefem.typing import Array, Axes
 from lobefem.units import pascals
 from lobefem.viz.film_mesh import FilmMesh, facing, film_mesh
 from lobefem.viz.mode_figures import drawn_amplitude
@@ -283,7 +283,7 @@ def _region_picture(polygons: Array, kinds: npt.NDArray[np.int64], told: str) ->
         return _png(figure)
 
 
-def _map(axes: Any, polygons: Array, values: Array, cmap: Any, limits: tuple[float, float]) -> Any:
+def _map(axes: Axes, polygons: Array, values: Array, cmap: Any, limits: tuple[float, float]) -> Any:
     right, left = (polygons[..., 0] > 180).any(axis=1), (polygons[..., 0] < -180).any(axis=1)
     turn = np.array([360.0, 0.0])  # what goes over one edge of the map comes in at the other
     polygons = np.concatenate([polygons, polygons[right] - turn, polygons[left] + turn])

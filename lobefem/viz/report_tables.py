@@ -9,6 +9,7 @@ from typing import Any
 
 from lobefem.io import result_keys
 from lobefem.io.run_reader import Run
+from lobefem.typing import Unchecked
 from lobefem.units import scaled
 from lobefem.viz.sensitivity_table import sensitivity_table
 from lobefem.viz.style import UNITS
@@ -62,7 +63,7 @@ _DESIGN_UNITS = {
 }  # fmt: skip
 
 
-def number(value: Any) -> str:
+def number(value: Unchecked) -> str:
     """A value of the results as text."""
     if value is None:
         return "none"
@@ -136,7 +137,7 @@ def _meaning(command: str, key: str) -> tuple[str, str]:
     return "", ""
 
 
-def _pairs(value: Any) -> Iterator[tuple[str, Any]]:
+def _pairs(value: Unchecked) -> Iterator[tuple[str, Any]]:
     if isinstance(value, dict):
         yield from ((str(key), one) for key, one in value.items())
 
@@ -252,7 +253,7 @@ def modes(run: Run) -> Table | None:
     return Table("Eigenvalues: a negative real part means unstable", head, rows) if rows else None
 
 
-def _dicts(value: Any) -> list[dict[str, Any]]:
+def _dicts(value: Unchecked) -> list[dict[str, Any]]:
     return [v for v in value if isinstance(v, dict)] if isinstance(value, list) else []
 
 

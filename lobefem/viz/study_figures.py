@@ -17,6 +17,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from lobefem.io.run_reader import Run
 from lobefem.stability.branch_following import Branch
+from lobefem.typing import Axes, Unchecked
 from lobefem.units import pascals
 from lobefem.viz import harmonic_curves, mode_figures, study_figures
 from lobefem.viz.style import COLOURS, LEDGER, MM, STYLE
@@ -135,7 +136,7 @@ def _drawable(pressures: tuple[float, ...]) -> np.ndarray:
     return np.where(np.isfinite(p) & (p > 0), p, np.nan)
 
 
-def _name_lowest(axes: Any, study: MeshStudy, lowest: np.ndarray) -> None:
+def _name_lowest(axes: Axes, study: MeshStudy, lowest: np.ndarray) -> None:
     known = np.flatnonzero(np.isfinite(lowest))
     if not known.size:
         return
@@ -152,7 +153,7 @@ def _name_lowest(axes: Any, study: MeshStudy, lowest: np.ndarray) -> None:
     )
 
 
-def _place(axes: Any, pressure: float, around: float | None) -> None:
+def _place(axes: Axes, pressure: float, around: float | None) -> None:
     """A published pressure as a line, and where the lowest critical pressure passes it."""
     blue = COLOURS["sway"]
     axes.axhline(pressure, color=blue, lw=0.7, ls=(0, (4, 3)), zorder=1)
@@ -170,7 +171,7 @@ def _place(axes: Any, pressure: float, around: float | None) -> None:
         axes.plot(around, pressure, "D", ms=3.5, mfc="white", mec=blue, zorder=5)
 
 
-def _name_ends(axes: Any, right: float, ends: list[tuple[float, str]]) -> None:
+def _name_ends(axes: Axes, right: float, ends: list[tuple[float, str]]) -> None:
     """Names beside the limits, pushed apart where they are close."""
     low, high = axes.get_ylim()
     gap, placed = 0.042 * math.log(high / low), -math.inf
@@ -325,7 +326,7 @@ def _name(results: dict[str, Any] | Any) -> str:
     return f"{lobes}, {results['film'].replace('-', ' ')}, {results['state']} state"
 
 
-def _number(value: Any, missing: float) -> float:
+def _number(value: Unchecked, missing: float) -> float:
     return missing if value is None else float(value)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from lobefem.outcomes import RIGID, UNDECIDED, UNKNOWN
+from lobefem.typing import Unchecked
 from lobefem.units import pascals, scaled
 from lobefem.viz import pumpkin_verdict
 
@@ -66,7 +67,7 @@ def _plain(sentence: object) -> str:
     return text[:1].lower() + text[1:]
 
 
-def _is_pressure(value: Any) -> bool:
+def _is_pressure(value: Unchecked) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 

@@ -21,7 +21,7 @@ from matplotlib.patches import Patch
 from matplotlib.transforms import Affine2D
 
 from lobefem.frozen import Frozen
-from lobefem.typing import Array
+from lobefem.typing import Array, Axes
 from lobefem.viz.film_mesh import FilmMesh, normals, outline, polygons
 from lobefem.viz.style import COLOURS, MM, REGIONS, STYLE
 
@@ -211,7 +211,7 @@ def _key(figure: Figure, scale: Scale, middle: float, wide: float, total: float)
 
 
 def draw(
-    axes: Any,
+    axes: Axes,
     film_mesh: FilmMesh,
     shape: Array,
     view: tuple[Array, Array, Array],
@@ -271,7 +271,7 @@ def draw(
 
 
 def _undeformed(
-    axes: Any, film_mesh: FilmMesh, view: tuple[Array, Array, Array], dotted: dict[str, Any]
+    axes: Axes, film_mesh: FilmMesh, view: tuple[Array, Array, Array], dotted: dict[str, Any]
 ) -> None:
     z, r = outline(film_mesh)
     if abs(view[2] @ film_mesh.axis) > 0.5:
