@@ -36,6 +36,7 @@ __all__ = [
     "STRESS",
     "VOLUME",
     "Quantity",
+    "handy",
     "in_degrees",
     "pascals",
     "scaled",
@@ -117,11 +118,17 @@ def pascals(pressure: float) -> str:
 
 def scaled(value: float, unit: str) -> str:
     """A number to four significant digits with a unit of a handy size: "290.6 kPa", "0.025 mm"."""
+    name, factor = handy(value, unit)
+    return f"{value / factor:.4g} {name}".strip()
+
+
+def handy(value: float, unit: str) -> tuple[str, float]:
+    """The unit of a handy size for a number in SI, and its value in SI."""
     size = abs(value)
     for least, name, factor in _HANDY.get(unit, ()):
         if least <= size < math.inf:
-            return f"{value / factor:.4g} {name}"
-    return f"{value:.4g} {unit}".strip()
+            return name, factor
+    return unit, 1.0
 
 
 def in_degrees(value: float, unit: str) -> tuple[float, str]:

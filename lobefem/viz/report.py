@@ -1,7 +1,7 @@
 """The report of a run folder: one HTML file that needs no network, drawn from what the folder holds.
 
-The page's own script and Plotly's are inside it. A content security policy forbids everything else,
-so that nothing that a design or a folder is called can load or run anything.
+The page's own script is inside it. A content security policy forbids everything else, so that nothing
+that a design or a folder is called can load or run anything.
 """
 
 from __future__ import annotations
@@ -10,29 +10,28 @@ import base64
 import hashlib
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
-from typing import Any
 
 import jinja2
 import markupsafe
-from plotly.offline import get_plotlyjs
+from matplotlib import colormaps
 
 from lobefem import files
 from lobefem.errors import InputError
 from lobefem.io.run_reader import Run, find_runs, load_run
 from lobefem.log import logger
 from lobefem.version import __version__
-from lobefem.viz import pumpkin_charts, report_charts, report_shapes, report_tables
-from lobefem.viz.assumptions import assumptions
-from lobefem.viz.report_charts import Chart
-from lobefem.viz.report_shapes import Picture
+from lobefem.viz import report_tables
+from lobefem.viz.headline import Mark
+from lobefem.viz.report_compare import comparison, with_meshes
+from lobefem.viz.report_part import Part, part
+from lobefem.viz.report_pictures import Picture
+from lobefem.viz.report_section import Section
 from lobefem.viz.report_tables import Table
-from lobefem.viz.style import REGIONS
-from lobefem.viz.verdict import verdict
+from lobefem.viz.style import COLOURS, DARK, DIVERGING, LEDGER, REGIONS, SEQUENTIAL
 
 __all__ = ["FILE", "write_report"]
 
@@ -40,47 +39,23 @@ FILE = "report.html"
 
 TABLES = "tables.json"  # what stands beside the runs in a folder of them: a title, and tables
 
-ROOM = 5_000_000  # bytes of a report for its 3D views
+ROOM = 6_000_000  # bytes of a report for its 3D views
 
-_COMMANDS = {
-    "inflate": "Equilibrium under gas pressure",
-    "modes": "Buckling modes",
-    "critical": "Critical pressure",
-    "harmonics": "Critical pressure of each harmonic",
-    "mesh-study": "Critical pressure under mesh refinement",
-    "perturb": "Distortion and release",
-    "sweep": "Sweep",
-    "sensitivities": "What makes the balloon more stable",
-}
+PICTURES = 24  # of modes in a report
+
+# colour maps, and what is cut off at both ends; the motion of a mode is to be seen by its shape, too
+_RAMPS = (("size", SEQUENTIAL, 0.0), ("signed", DIVERGING, 0.0), ("motion", DIVERGING, 0.14))
+
+_SCRIPTS = ("report_chart.js", "report_view.js", "report_table.js", "report.js")
 
 
 @dataclass(frozen=True)
-class _Section:
-    """A heading of the page and what is below it."""
+class _Thumb:
+    """A picture of a mode that shows it in the view."""
 
-    title: str
-    id: str
-    note: str = ""
-    sentences: Sequence[str] = ()
-    charts: Sequence[Chart] = ()
-    tables: Sequence[Table] = ()
-    pictures: Sequence[Picture] = ()
-    files: Mapping[str, str] = field(default_factory=dict)  # texts by name, folded away
-
-
-@dataclass(frozen=True)
-class _Part:
-    """One run's part of the page."""
-
-    run: Run
-    id: str
-    title: str
-    subtitle: str
-    warnings: list[str]
-    verdict: list[str]
-    sections: list[_Section]
-    scene: dict[str, Any] | None  # for the 3D view
-    views_left: int
+    run: int
+    view: str
+    picture: Picture
 
 
 def write_report(folder: str | Path) -> Path:
@@ -112,10 +87,21 @@ def write_report(folder: str | Path) -> Path:
 def _page(name: str, runs: list[Run], beside: Path | None) -> str:
     faults: list[str] = []
     compared = None if beside is None or not beside.is_file() else _compared(beside, faults)
-    parts = [_part(run, f"run-{k}", ROOM // len(runs)) for k, run in enumerate(runs)]
-    scenes = [part.scene for part in parts if part.scene is not None]
-    charts = [chart for part in parts for section in part.sections for chart in section.charts]
-    plotly, script = get_plotlyjs() if charts or scenes else "", _text("report.js")
+    runs = sorted(
+        runs, key=lambda run: [(int(w), w) if w.isdigit() else (-1, w) for w in re.split(r"(\d+)", run.name)]
+    )
+    most = max(PICTURES // len(runs), 2)
+    parts = [part(run, f"run-{k}", ROOM // len(runs), most) for k, run in enumerate(runs)]
+    parts = with_meshes(parts) if len(parts) > 1 else parts
+    parts, shared = _without_shared(parts)
+    before = [one for one in (comparison(parts) if len(parts) > 1 else None, compared) if one is not None]
+    shapes = _shapes_title(parts)
+    charts = [chart for one in parts for chart in ([one.chart] if one.chart is not None else [])]
+    charts += [
+        c for section in (*before, *(s for one in parts for s in one.sections)) for c in section.charts
+    ]
+    ids = {id(chart): f"chart-{k}" for k, chart in enumerate(charts)}
+    script = '"use strict";\n(() => {\n' + "\n".join(map(_text, _SCRIPTS)) + "\n})();"
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("lobefem.viz", "templates"),
         autoescape=True,
@@ -123,101 +109,93 @@ def _page(name: str, runs: list[Run], beside: Path | None) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    shown = {"charts": {f"chart-{k}": chart.spec for k, chart in enumerate(charts)}}
+    heading, common = _common(parts, name)
     return environment.get_template("report.html").render(
         name=name,
+        heading=heading,
+        common=common,
         parts=parts,
-        overview=_overview(parts) if len(parts) > 1 else None,
-        ids={id(chart): f"chart-{k}" for k, chart in enumerate(charts)},
+        before=before,
+        shared=shared,
+        shapes=shapes,
+        thumbs=_thumbs(parts),
+        contents=_contents(parts, before, shapes),
+        ids=ids,
         id_of=id,
-        data=files.plain(shown | {"scenes": scenes, "regions": list(REGIONS.items())}),
+        regions=list(REGIONS.items()),
+        data=files.plain(
+            {
+                "charts": {ids[id(chart)]: chart.spec for chart in charts},
+                "palettes": _palettes(),
+                "runs": [
+                    {
+                        "name": one.run.name,
+                        "scene": None if one.scene is None else one.scene.data,
+                        "chart": None if one.chart is None else ids[id(one.chart)],
+                        "title": "" if one.chart is None else one.chart.title,
+                        "label": "" if one.chart is None else one.chart.description,
+                    }
+                    for one in parts
+                ],
+            }
+        ),
         faults=faults,
-        compared=compared,
-        warnings=_merged([(part.run.name, part.warnings) for part in parts]),
-        remarks=_merged([(part.run.name, part.verdict[1:]) for part in parts]),
-        views_left=sum(part.views_left for part in parts),
+        warnings=_merged([(one.run.name, one.warnings) for one in parts]),
+        views_left=sum(one.scene.left_out for one in parts if one.scene is not None),
+        pictures_left=sum(one.pictures_left for one in parts),
         version=__version__,
-        style=markupsafe.Markup(_text("report.css")),
-        plotly=_script(plotly),
+        style=markupsafe.Markup(_colours() + _text("report.css")),
         script=_script(script),
-        policy=_policy(plotly, script),
+        policy=_policy(script),
     )
 
 
-def _part(run: Run, name: str, room: int) -> _Part:
-    """The sections of a run, each with what can be made of its results, be they damaged."""
-    results = run.results
-    faults: list[str] = []
-
-    def made[T](title: str, make: Callable[[Run], T]) -> T | None:
-        try:
-            return make(run)
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            logger.debug("report: %s: %r", title, error)
-            faults.append(f"The results are damaged, so a part of the section '{title}' is missing.")
-            return None
-
-    pictures, left = made("Modes", report_shapes.mode_pictures) or ([], 0)
-    scene, views_left = made("Shapes in 3D", partial(report_shapes.scene, room=room)) or (None, 0)
-    more = f"Drawn are the highest pressures' modes; {left} more are in fields.xdmf." if left else ""
-    makers = (
-        report_tables.pressures,
-        report_tables.modes,
-        report_tables.sweep,
-        report_tables.sensitivities,
-    )
-    tables = [made("Results", make) for make in makers]
-    gores = "gores" in run.results
-    curves = made("Eigenvalues", (pumpkin_charts if gores else report_charts).eigenvalues)
-    chart = made("Harmonics", (pumpkin_charts if gores else report_charts).harmonics)
-    history = made("Ramp and release", report_charts.history) or []
-    residuals = [one for one in history if "residual" in one.title]
-    maps = made("Stress and wrinkles", report_shapes.stress_maps) or []
-    said = made("Is it stable?", lambda run: verdict(run.results)) or []
-    sections = [
-        _Section("Results", "results", tables=_present(report_tables.numbers(run), *tables)),
-        _Section("Eigenvalues", "eigenvalues", charts=_present(curves)),
-        _Section("Modes", "modes", note=more, pictures=pictures),
-        _Section("Stress and wrinkles", "stress", pictures=maps),
-        _Section("Harmonics", "harmonics", charts=_present(chart)),
-        _Section(
-            "Mesh study",
-            "meshes",
-            sentences=_sentences(run),
-            charts=_present(made("Mesh study", report_charts.refinement)),
-            tables=made("Mesh study", report_tables.trends) or [],
-        ),
-        _Section("Ramp and release", "release", charts=[one for one in history if one not in residuals]),
-        _Section(
-            "Convergence",
-            "convergence",
-            charts=residuals,
-            tables=made("Convergence", report_tables.convergence) or [],
-        ),
-        _Section(
-            "Design",
-            "design",
-            tables=_present(report_tables.design(run)),
-            files={"design.toml": run.design_text} if run.design_text else {},
-        ),
-        _Section("Made with", "versions", tables=_present(report_tables.versions(run))),
-        _Section("Log", "log", files={"log.txt": run.log} if run.log else {}),
+def _without_shared(parts: list[Part]) -> tuple[list[Part], list[Mark]]:
+    """Runs without the marks that all of them have, and those marks."""
+    if len(parts) < 2:
+        return parts, []
+    shared = [mark for mark in parts[0].headline.marks if all(mark in one.headline.marks for one in parts)]
+    made = [
+        replace(
+            one, headline=replace(one.headline, marks=tuple(m for m in one.headline.marks if m not in shared))
+        )
+        for one in parts
     ]
-    return _Part(
-        run,
-        name,
-        str(results.get("title") or _COMMANDS.get(str(results.get("command")), run.name)),
-        _subtitle(run),
-        [*report_tables.warnings(run), *dict.fromkeys(faults)],
-        said,
-        [
-            replace(section, id=f"{name}-{section.id}")
-            for section in sections
-            if section.charts or section.tables or section.pictures or section.sentences or section.files
-        ],
-        scene,
-        views_left,
+    return made, shared
+
+
+def _shapes_title(parts: Sequence[Part]) -> str:
+    """The heading over chart and view, "" without either."""
+    chart, scene = (any(getattr(one, what) is not None for one in parts) for what in ("chart", "scene"))
+    return {(True, True): "Chart and shapes", (True, False): "Chart", (False, True): "Shapes"}.get(
+        (chart, scene), ""
     )
+
+
+def _thumbs(parts: Sequence[Part]) -> list[_Thumb]:
+    found = []
+    for k, one in enumerate(parts):
+        for picture in one.pictures:
+            view = "" if one.scene is None else one.scene.mode(picture.step, picture.mode)
+            if view:
+                found.append(_Thumb(k, f"{k}:{view}", picture))
+    return found
+
+
+def _contents(parts: Sequence[Part], before: Sequence[Section], shapes: str) -> list[tuple[str, str]]:
+    """Anchors and names of the navigation, five or so."""
+    found = [("answer", "Answer"), *((one.id, one.title) for one in before)]
+    found += [("shapes", shapes)] if shapes else []
+    if len(parts) > 1:
+        return [*found, ("runs", "Run by run")]
+    return found + [(one.id, one.title) for one in parts[0].sections]
+
+
+def _common(parts: Sequence[Part], name: str) -> tuple[str, str]:
+    """The title of a folder of runs, and what all of them are."""
+    titles, subtitles = {one.title for one in parts}, {one.subtitle for one in parts}
+    heading = titles.pop() if len(titles) == 1 else f"Runs of {name}"
+    return heading, subtitles.pop() if len(subtitles) == 1 else ""
 
 
 def _merged(said: Sequence[tuple[str, Sequence[str]]]) -> list[tuple[str, str]]:
@@ -230,15 +208,7 @@ def _merged(said: Sequence[tuple[str, Sequence[str]]]) -> list[tuple[str, str]]:
     return [(names.get(len(of), ", ".join(of)), text) for text, of in whose.items()]
 
 
-def _sentences(run: Run) -> list[str]:
-    """A demo's sentences on its meshes; those of a mesh study are its verdict."""
-    found = run.results.get("verdict")
-    if not isinstance(found, list) or run.results.get("command") == "mesh-study":
-        return []
-    return [str(sentence) for sentence in found]
-
-
-def _compared(file: Path, faults: list[str]) -> _Section | None:
+def _compared(file: Path, faults: list[str]) -> Section | None:
     """The section of a file {"title", "note", "tables": [{"caption", "head", "rows"}]}, or a fault more."""
     try:
         found = json.loads(file.read_text(encoding="utf-8"))
@@ -250,40 +220,48 @@ def _compared(file: Path, faults: list[str]) -> _Section | None:
             )
             for one in found["tables"]
         ]
-        return _Section(str(found["title"]), "compared", note=str(found.get("note", "")), tables=tables)
+        note = str(found.get("note", ""))
+        return Section(str(found["title"]), "compared", sentences=[note] if note else [], tables=tables)
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         logger.debug("report: %s: %r", file, error)
         faults.append(f"{file.name} cannot be read or is damaged, so its tables are not shown.")
         return None
 
 
-def _present(*found: Any) -> list[Any]:
-    """The tables that are not empty."""
-    return [one for one in found if one is not None and not (isinstance(one, Table) and not one.rows)]
+# --- colours, and what may run --------------------------------------------------------------------
+def _palettes() -> dict[str, str]:
+    """The figures' colour maps as bytes of red, green and blue."""
+    maps = {
+        name: [
+            [round(255 * c) for c in colormaps[cmap](low + (1 - 2 * low) * k / 255)[:3]] for k in range(256)
+        ]
+        for name, cmap, low in _RAMPS
+    }
+    maps["regions"] = [[int(colour[i : i + 2], 16) for i in (1, 3, 5)] for colour in REGIONS.values()]
+    return {
+        name: base64.b64encode(bytes(c for rgb in rows for c in rgb)).decode() for name, rows in maps.items()
+    }
 
 
-def _overview(parts: Sequence[_Part]) -> Table:
-    """One line a run."""
-    rows = []
-    for part in parts:
-        results = part.run.results
-        critical = results.get("critical_pressure")
-        n = results.get("harmonic")
-        shown = ("" if critical is None else report_tables.number(critical), "" if n is None else str(n))
-        rows.append((part.run.name, part.title, part.subtitle, *shown))
-    return Table("Runs", ("run", "what", "of", "critical pressure [Pa]", "n"), tuple(rows))
-
-
-def _subtitle(run: Run) -> str:
-    """The design in a line."""
-    results = run.results
-    lobes, mesh = results.get("lobes"), results.get("divisions")
-    said = [] if lobes is None else ["1 lobe" if lobes == 1 else f"{lobes} lobes"]
-    said += [f"{results['film']} film"] if results.get("film") else []
-    said += assumptions(results)
-    if isinstance(mesh, list) and results.get("command") != "mesh-study":
-        said.append(" × ".join(map(str, mesh)) + " divisions")
-    return ", ".join(said)
+def _colours() -> str:
+    """The figures' colours as variables and classes of the page."""
+    ledger = dict(zip(("gas", "constraint", "strain", "contact", "damping"), LEDGER, strict=False))
+    ramps = {
+        name: ", ".join(
+            "#" + "".join(f"{round(255 * c):02x}" for c in colormaps[cmap](low + (1 - 2 * low) * k / 8)[:3])
+            for k in range(9)
+        )
+        for name, cmap, low in _RAMPS
+    }
+    kinds = {name.replace(" ", "-"): colour for name, colour in COLOURS.items()}
+    dark = {name.replace(" ", "-"): colour for name, colour in DARK.items()}
+    variables = " ".join(f"--{name}-ramp: linear-gradient(to right, {ramp});" for name, ramp in ramps.items())
+    light = " ".join(f".k-{name} {{ --k: {colour}; }}" for name, colour in (ledger | kinds).items())
+    night = " ".join(f".k-{name} {{ --k: {colour}; }}" for name, colour in dark.items())
+    return (
+        f":root {{ {variables} }}\n{light}\n.k-sum {{ --k: var(--ink); }}\n"
+        f"@media screen and (prefers-color-scheme: dark) {{ {night} }}\n"
+    )
 
 
 def _text(name: str) -> str:
@@ -298,13 +276,10 @@ def _script(text: str) -> markupsafe.Markup:
 
 
 def _policy(*scripts: str) -> str:
-    """A content security policy that lets these scripts run, by their hashes, and nothing be loaded.
-
-    Plotly compiles its drawing loops ('unsafe-eval') and sets styles of its elements.
-    """
+    """A content security policy that lets these scripts run, by their hashes, and nothing be loaded."""
     hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in scripts]
     allowed = " ".join(f"'sha256-{one}'" for one in hashes)
     return (
-        f"default-src 'none'; script-src {allowed} 'unsafe-eval'; style-src 'unsafe-inline'; "
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; "
         "img-src data: blob:; form-action 'none'; base-uri 'none'"
     )

@@ -4,40 +4,67 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from lobefem.io import result_keys
 from lobefem.io.run_reader import Run
-from lobefem.typing import Unchecked
-from lobefem.units import scaled
+from lobefem.units import handy, scaled
 from lobefem.viz.sensitivity_table import sensitivity_table
 from lobefem.viz.style import UNITS
 
 __all__ = [
     "Table",
+    "column",
     "convergence",
-    "design",
+    "entries",
     "modes",
     "number",
     "numbers",
+    "pairs",
     "pressures",
     "rows_of",
+    "sensitivities",
     "stored_modes",
     "sweep",
     "trends",
-    "versions",
     "warnings",
+    "waves",
 ]
 
 
 @dataclass(frozen=True)
 class Table:
-    """A caption, the heads of the columns, and rows whose first cell is their head."""
+    """A caption, the heads of the columns, and rows whose first cell is their head.
+
+    Attributes:
+        caption: above it.
+        head: of the columns.
+        rows: the cells as they are read.
+        hints: of rows by number, what their first cell means.
+    """
 
     caption: str
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    hints: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def numeric(self) -> tuple[bool, ...]:
+        """True for columns of numbers, which stand to the right."""
+        columns = zip(*self.rows, strict=True) if self.rows else ((),) * len(self.head)
+        return tuple(
+            any(map(_is_number, column)) and all(_is_number(c) or c in ("", "none") for c in column)
+            for column in columns
+        )
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace("\N{MINUS SIGN}", "-"))
+    except ValueError:
+        return False
+    return True
 
 
 # results that say how well the others are known
@@ -55,15 +82,8 @@ _MESHES = {
     "open": "The meshes of this study do not show whether the critical pressure depends on the mesh",
 }
 
-# units of a design's keys where they have one
-_DESIGN_UNITS = {
-    "edge_radius": "m", "R0": "m", "radius": "m", "length": "m", "forming_pressure": "Pa",
-    "forming_stiffness": "N/m", "size": "m", "E": "Pa", "strength": "Pa", "thickness": "m", "EA": "N",
-    "area": "m²",    "lift": "m", "value": "Pa",
-}  # fmt: skip
 
-
-def number(value: Unchecked) -> str:
+def number(value: Any) -> str:
     """A value of the results as text."""
     if value is None:
         return "none"
@@ -116,16 +136,18 @@ def _singles(results: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 def _told(results: Mapping[str, Any], caption: str, keys: Sequence[str]) -> Table:
     found = dict(_singles(results))
-    rows = []
+    rows: list[tuple[str, ...]] = []
+    hints: dict[int, str] = {}
     for key in keys:
         unit, meaning = _meaning(str(results.get("command")), key)
         unit = str(results.get(unit, "")) if unit in ("unit", "reaction_unit") else unit
         words = key.replace("_", " ").replace(".", ", ")
+        hints[len(rows)] = meaning
         value = number(found[key])
         if isinstance(found[key], float) and math.isfinite(found[key]) and unit:
             value, _, unit = scaled(found[key], unit).replace("-", "\N{MINUS SIGN}").partition(" ")
-        rows.append((words, value, unit.replace("^2", "²").replace("^3", "³"), meaning))
-    return Table(caption, ("quantity", "value", "unit", "meaning"), tuple(rows))
+        rows.append((words, value, unit.replace("^2", "²").replace("^3", "³")))
+    return Table(caption, ("quantity", "value", "unit"), tuple(rows), hints)
 
 
 def _meaning(command: str, key: str) -> tuple[str, str]:
@@ -137,7 +159,7 @@ def _meaning(command: str, key: str) -> tuple[str, str]:
     return "", ""
 
 
-def _pairs(value: Unchecked) -> Iterator[tuple[str, Any]]:
+def _pairs(value: Any) -> Iterator[tuple[str, Any]]:
     if isinstance(value, dict):
         yield from ((str(key), one) for key, one in value.items())
 
@@ -155,7 +177,7 @@ def convergence(run: Run) -> list[Table]:
         "asymmetry of the tangent",
         "largest residual of a mode",
     )
-    entries = tuple(
+    rows = tuple(
         (
             number(entry.get("pressure")),
             number(entry.get("state_residual")),
@@ -167,10 +189,10 @@ def convergence(run: Run) -> list[Table]:
                 )
             ),
         )
-        for entry in _entries(run)
+        for entry in entries(run)
     )
-    if entries:
-        tables.append(Table("States and their modes", head, entries))
+    if rows:
+        tables.append(Table("States and their modes", head, rows))
     chart = [r["residual"] for r in _dicts(results.get("chart")) if isinstance(r.get("residual"), float)]
     if chart:
         tables.append(
@@ -186,83 +208,128 @@ def convergence(run: Run) -> list[Table]:
 def trends(run: Run) -> list[Table]:
     """Limits that a mesh study has fitted, and what there is without a mesh."""
     results, tables = run.results, []
-    rows: list[tuple[str, ...]] = []
     low = [(f"n = {n}", trend) for n, trend in _pairs(results.get("low_harmonics"))]
-    for name, trend in [("lowest of all harmonics", results.get("lowest")), *low]:
-        told = dict(_pairs(trend))
-        if told:
-            words = (told.get(key) for key in ("behaviour", "limit", "uncertainty", "order"))
-            rows.append((name, *map(number, words)))
-    if rows:
-        head = ("critical pressure", "behaviour", "limit [Pa]", "uncertainty [Pa]", "order")
-        tables.append(Table("What p = limit + C h^order says of the meshes", head, tuple(rows)))
+    named = [(name, dict(_pairs(one))) for name, one in [("lowest of all", results.get("lowest")), *low]]
+    named = [(name, told) for name, told in named if told]
+    if named:
+        columns = dict(
+            [
+                ("critical pressure", [name for name, _ in named]),
+                ("under refinement", [number(told.get("behaviour")) for _, told in named]),
+                column("limit", "Pa", [told.get("limit") for _, told in named]),
+                column("uncertainty", "Pa", [told.get("uncertainty") for _, told in named]),
+                ("order", [number(told.get("order")) for _, told in named]),
+            ]
+        )
+        tables.append(
+            rows_of(list(columns), list(columns.values()), "The fit p = limit + C h^order over the meshes")
+        )
     sides: tuple[tuple[str, ...], ...] = tuple(
         tuple(number(side.get(key)) for key in ("law", "lowest", "unstable_from"))
         for side in _dicts(results.get("continuum_of_one_lobe"))
     )
     if sides:
-        columns = ("film of one lobe", "lowest critical pressure [Pa]", "unstable at any pressure from n =")
-        tables.append(Table("Without a mesh", columns, sides))
+        heads = ("film of one lobe", "lowest critical pressure [Pa]", "unstable at any pressure from n =")
+        tables.append(Table("Without a mesh", heads, sides))
     return tables
 
 
 def pressures(run: Run) -> Table | None:
     """The verdict at each pressure of `lobefem modes`."""
-    entries = [entry for entry in _entries(run) if "stable" in entry]
-    columns = {
-        "pressure [Pa]": [number(entry.get("pressure")) for entry in entries],
-        "verdict": [
-            str(entry.get("verdict") or ("stable" if entry["stable"] else "unstable")) for entry in entries
-        ],
-        "negative eigenvalues": [number(entry.get("num_negative")) for entry in entries],
-        "volume [m³]": [number(entry.get("volume")) for entry in entries],
-        "largest film stress [MPa]": [
-            number(1e-6 * stress if isinstance(stress := entry.get("max_stress"), float) else None)
-            for entry in entries
-        ],
-        "bounds of the lowest [Pa/m]": [number(entry.get("bounds")) for entry in entries],
-    }
-    told = {head: column for head, column in columns.items() if any(cell != "none" for cell in column)}
-    return rows_of(list(told), list(told.values()), "Stable or not") if told else None
+    found = [entry for entry in entries(run) if "stable" in entry]
+    columns = dict(
+        [
+            column("pressure", "Pa", [entry.get("pressure") for entry in found]),
+            ("verdict", [_verdict(entry) for entry in found]),
+            ("negative eigenvalues", [number(entry.get("num_negative")) for entry in found]),
+            column("volume", "m³", [entry.get("volume") for entry in found]),
+            column("largest film stress", "Pa", [entry.get("max_stress") for entry in found]),
+            ("bounds of the lowest [Pa/m]", [number(entry.get("bounds")) for entry in found]),
+        ]
+    )
+    told = {head: cells for head, cells in columns.items() if any(cell != "none" for cell in cells)}
+    return rows_of(list(told), list(told.values()), "Stable or not") if told and found else None
 
 
-def _entries(run: Run) -> list[dict[str, Any]]:
+def _verdict(entry: Mapping[str, Any]) -> str:
+    return str(entry.get("verdict") or ("stable" if entry["stable"] else "unstable"))
+
+
+def column(name: str, unit: str, values: Sequence[Any]) -> tuple[str, list[str]]:
+    """A column of numbers in SI: its head with a unit of a handy size for all, and its cells."""
+    sizes = [abs(v) for v in values if isinstance(v, (int, float)) and math.isfinite(v)]
+    handier, factor = handy(max(sizes, default=1.0) or 1.0, unit)
+    cells = [number(v / factor if factor != 1.0 and isinstance(v, (int, float)) else v) for v in values]
+    return f"{name} [{handier}]", cells
+
+
+def entries(run: Run) -> list[dict[str, Any]]:
     """The pressures at which there are modes: of `lobefem modes`, or of another study."""
-    entries = run.results.get("pressures")
-    entries = [e for e in entries if isinstance(e, dict)] if isinstance(entries, list) else []
-    return entries or [e for e in (run.results.get("shown"),) if isinstance(e, dict)]
+    found = run.results.get("pressures")
+    found = [e for e in found if isinstance(e, dict)] if isinstance(found, list) else []
+    return found or [e for e in (run.results.get("shown"),) if isinstance(e, dict)]
 
 
 def modes(run: Run) -> Table | None:
-    """All eigenvalues that were computed."""
+    """All eigenvalues that were computed, equal pairs in one row."""
     unit = UNITS.get(str(run.results.get("mass", "unit")), "Pa/m")
-    rows = tuple(
-        (
-            number(entry.get("pressure")),
-            str(k),
-            number(mode.get("real")),
-            number(mode.get("imag") or 0.0),
-            number(mode.get("harmonic")),
-            number(mode.get("kind")),
-            f"{mode['residual']:.0e}" if isinstance(mode.get("residual"), float) else "",
-        )
-        for entry in _entries(run)
-        for k, mode in enumerate(_dicts(entry.get("modes")), 1)
-    )
-    head = ("pressure [Pa]", "mode", f"real [{unit}]", f"imaginary [{unit}]", "n", "kind", "residual")
-    return Table("Eigenvalues: a negative real part means unstable", head, rows) if rows else None
+    rows = [
+        (entry.get("pressure"), numbers_, mode)
+        for entry in entries(run)
+        for numbers_, mode in pairs(_dicts(entry.get("modes")))
+    ]
+    if not rows:
+        return None
+    complex_ = any(abs(m.get("imag") or 0.0) > 1e-6 * abs(m.get("real") or 0.0) for _, _, m in rows)
+    head, cells = column("pressure", "Pa", [pressure for pressure, _, _ in rows])
+    columns = {
+        head: cells,
+        "mode": [", ".join(map(str, numbers_)) for _, numbers_, _ in rows],
+        "kind": [number(mode.get("kind")) for _, _, mode in rows],
+        "waves around": [number(mode.get("harmonic")) for _, _, mode in rows],
+        f"eigenvalue [{unit}]" if not complex_ else f"real part [{unit}]": [
+            number(mode.get("real")) for _, _, mode in rows
+        ],
+    }
+    if complex_:
+        columns[f"imaginary part [{unit}]"] = [number(mode.get("imag") or 0.0) for _, _, mode in rows]
+    columns["residual"] = [
+        f"{m['residual']:.0e}" if isinstance(m.get("residual"), float) else "" for _, _, m in rows
+    ]
+    return rows_of(list(columns), list(columns.values()), "Eigenvalues: below zero the balloon is unstable")
 
 
-def _dicts(value: Unchecked) -> list[dict[str, Any]]:
+def pairs(modes: Sequence[Mapping[str, Any]]) -> list[tuple[tuple[int, ...], Mapping[str, Any]]]:
+    """Modes with their numbers from 1, of which equal ones that follow each other are one."""
+    found: list[tuple[tuple[int, ...], Mapping[str, Any]]] = []
+    for k, mode in enumerate(modes, 1):
+        if found and _equal(found[-1][1], mode) and len(found[-1][0]) < 2:
+            found[-1] = ((*found[-1][0], k), found[-1][1])
+        else:
+            found.append(((k,), mode))
+    return found
+
+
+def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
+    same = all(one.get(key) == other.get(key) for key in ("kind", "harmonic"))
+    values = [mode.get("real") for mode in (one, other)]
+    imaginary = [abs(mode.get("imag") or 0.0) for mode in (one, other)]
+    if not same or not one.get("harmonic") or not all(isinstance(v, float) for v in (*values, *imaginary)):
+        return False
+    a, b = (complex(re, im) for re, im in zip(values, imaginary, strict=True))  # type: ignore[arg-type]
+    return abs(a - b) <= 1e-5 * max(abs(a), abs(b))
+
+
+def _dicts(value: Any) -> list[dict[str, Any]]:
     return [v for v in value if isinstance(v, dict)] if isinstance(value, list) else []
 
 
 def stored_modes(run: Run, step: int) -> Sequence[Mapping[str, Any]]:
     """Entries of the modes whose fields are stored with a step, in their order."""
     told: list[Mapping[str, Any]] = [*_dicts(run.results.get("stored_modes"))]
-    entries = _entries(run)
-    if not told and step < len(entries) and "stable" in entries[step]:
-        told = [*_dicts(entries[step].get("modes"))]
+    known = entries(run)
+    if not told and step < len(known) and "stable" in known[step]:
+        told = [*_dicts(known[step].get("modes"))]
     if not told and run.results.get("kind"):
         told = [run.results]  # the one critical mode
     count = run.steps[step].num_modes
@@ -276,31 +343,25 @@ def sweep(run: Run) -> Table | None:
         return None
     values, found = ([dict(_pairs(row.get(key))) for row in rows] for key in ("values", "found"))
     columns = {name: [one.get(name, "") for one in values] for name in _names(values)}
-    columns |= {name: [one.get(name, "") for one in found] for name in _names(found)}
-    columns |= {key: [row.get(key, "") for row in rows] for key in ("reason", "folder")}
-    return rows_of(list(columns), list(columns.values()), "Points of the sweep, in SI units")
+    for name in _names(found):
+        unit, _ = _meaning(str(run.results.get("of")), name)
+        words, cells = name.replace("_", " "), [one.get(name) for one in found]
+        head, told = column(words, unit, cells) if unit else (words, [number(cell) for cell in cells])
+        columns[head] = told
+    columns |= {key: [row.get(key) or "" for row in rows] for key in ("reason", "folder")}
+    columns = {
+        head: cells for head, cells in columns.items() if any(cell not in ("", "none") for cell in cells)
+    }
+    return rows_of(list(columns), list(columns.values()), "Points of the sweep")
 
 
 def _names(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return list(dict.fromkeys(name for row in rows for name in row))
 
 
-def design(run: Run) -> Table:
-    """The design, all defaults filled in."""
-    rows = []
-    for section, keys in run.design.items():
-        for key, value in _pairs(keys):
-            unit = _DESIGN_UNITS.get(key, "")
-            if key == "bar":
-                unit = "" if isinstance(value, bool) else "N"
-            rows.append((f"{section}.{key}", number(value), unit))
-    return Table("Design, all defaults filled in", ("key", "value", "unit"), tuple(rows))
-
-
-def versions(run: Run) -> Table:
-    """With what it was made."""
-    told = [(name, number(value)) for name, value in _pairs(run.results.get("versions"))]
-    return Table("Versions of what has a part in the digits", ("part", "version"), tuple(told))
+def waves(harmonic: Any) -> str:
+    """A harmonic in words."""
+    return {0: "no waves around", 1: "1 wave around"}.get(harmonic, f"{number(harmonic)} waves around")
 
 
 def rows_of(head: Sequence[str], columns: Sequence[Sequence[Any]], caption: str) -> Table:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["COLOURS", "LEDGER", "MM", "REGIONS", "STYLE", "UNITS"]
+__all__ = ["COLOURS", "DARK", "DIVERGING", "LEDGER", "MM", "REGIONS", "SEQUENTIAL", "STYLE", "UNITS"]
 
 MM = 1 / 25.4  # [inch]
 
@@ -18,6 +18,18 @@ COLOURS = {
     "local": "#B4588F",
     "rigid rotation": "#777777",
 }
+
+# the same on a dark page
+DARK = {
+    "sway": "#5AB4F0",
+    "twist": "#FF8A3D",
+    "global": "#35C795",
+    "local": "#DD8DBB",
+    "rigid rotation": "#999999",
+}
+
+# Matplotlib's colour maps for sizes, and for what has both signs
+SEQUENTIAL, DIVERGING = "cividis", "PuOr_r"
 
 # of gas, constraint, strain, contact, damping and their sum
 LEDGER = ("#0072B2", "#009E73", "#D55E00", "#E69F00", "#B4588F", "black")

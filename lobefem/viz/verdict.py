@@ -11,7 +11,7 @@ from lobefem.typing import Unchecked
 from lobefem.units import pascals, scaled
 from lobefem.viz import pumpkin_verdict
 
-__all__ = ["FIXED_WRINKLES", "KINK", "verdict"]
+__all__ = ["FIXED_WRINKLES", "KINK", "motion", "verdict"]
 
 Results = Mapping[str, Any]
 
@@ -71,7 +71,7 @@ def _is_pressure(value: Unchecked) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _moves(kind: Any, harmonic: Any, lobes: Any) -> str:
+def motion(kind: Any, harmonic: Any, lobes: Any) -> str:
     """The balloon's motion in a mode, as the end of a sentence."""
     who = "the stack" if isinstance(lobes, int) and lobes > 1 else "the balloon"
     waves = "" if harmonic is None else f" ({harmonic} {'wave' if harmonic == 1 else 'waves'} around)"
@@ -151,7 +151,7 @@ def _critical(results: Results) -> list[str]:
         first = f"{reason[:1].upper()}{reason[1:]}."
         return [*_breaks(results), first, *_bears(results), *on_mesh, *_assumed(results)]
     where = _looked_at(results)
-    moves = _moves(_kind(results), results.get("harmonic"), results.get("lobes"))
+    moves = motion(_kind(results), results.get("harmonic"), results.get("lobes"))
     if results.get("point") == "limit point":
         first = (
             f"Stable{where} up to {pascals(pressure)}. That is a limit point: above it there is no "
@@ -269,7 +269,7 @@ def _modes(results: Results) -> list[str]:
             modes = entry.get("modes")
             own = [m for m in modes if not _is_rigid(m)] if isinstance(modes, list) else []
             lowest = own[0] if own and isinstance(own[0], Mapping) else {}
-            moves = _moves(lowest.get("kind"), lowest.get("harmonic"), results.get("lobes"))
+            moves = motion(lowest.get("kind"), lowest.get("harmonic"), results.get("lobes"))
             said.append(f"Unstable at {pascals(entry['pressure'])}: {moves}.")
     if said:
         highest = max(known, key=lambda entry: entry["pressure"])
