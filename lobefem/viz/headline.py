@@ -9,7 +9,7 @@ from typing import Any
 
 from lobefem.outcomes import RIGID, UNDECIDED
 from lobefem.units import pascals, scaled
-from lobefem.viz.verdict import motion
+from lobefem.viz.verdict import motion, verdict
 
 __all__ = ["Headline", "Mark", "headline"]
 
@@ -70,6 +70,7 @@ def headline(results: Results) -> Headline:
         "mesh-study": _study,
         "perturb": _perturbed,
         "sweep": _sweep,
+        "sensitivities": _sensitivities,
     }
     made = makers[command](results) if command in makers else None
     return made or Headline(OPEN, "No verdict", "", "These results say nothing of stability.")
@@ -121,6 +122,8 @@ def _critical(results: Results) -> Headline | None:
             )
         rest = f" Undecided up to {_number(high)}." if _real(high) else " Undecided above."
         return Headline(OPEN, "Stable below", _number(low), rest.strip(), marks, low)
+    if "gores" in results:
+        return _pumpkin(results, marks)
     if pressure == 0:
         return Headline(BAD, "Unstable", "at any pressure", _sentence(_moves(results)), marks, 0.0)
     if _real(pressure):
@@ -136,6 +139,28 @@ def _critical(results: Results) -> Headline | None:
     if "chart" in results:
         return Headline(GOOD, "Stable", "at any pressure", "No harmonic turns unstable.", marks)
     return None
+
+
+def _pumpkin(results: Results, marks: tuple[Mark, ...]) -> Headline | None:
+    """Of the stretches of a pumpkin's path on which it is stable."""
+    stable: Any = results.get("stable")
+    pressure: Any = results.get("critical_pressure")
+    begin: Any = results.get("searched_from")
+    end: Any = results.get("searched_to")
+    if not isinstance(stable, list) or not _real(begin) or not _real(end):
+        return None
+    if not stable:
+        text = f"{_sentence(_moves(results))} Searched from {_number(begin)}."
+        return Headline(BAD, "Unstable up to", _number(end), text, marks, 0.0)
+    low, high = stable[0][0], stable[0][-1]
+    below = f" Unstable below {_number(low)}." if low > begin else ""
+    if not _real(pressure):
+        ended = results.get("reason") or "that is where the search ended"
+        return Headline(GOOD, "No instability up to", _number(high), f"{_sentence(str(ended))}{below}", marks)
+    again = f" Stable again from {_number(stable[1][0])}." if len(stable) > 1 else ""
+    text = _sentence(f"above that {_moves(results)}")
+    tone = OPEN if _falls(results) else GOOD
+    return Headline(tone, "Stable up to", _number(pressure), f"{text}{below}{again}", marks, pressure)
 
 
 def _falls(results: Results) -> bool:
@@ -314,6 +339,15 @@ def _study(results: Results) -> Headline | None:
     number = "" if last is None else _number(last)
     text = f"{span[:1].upper()}{span[1:]}: these meshes do not show a limit."
     return Headline(OPEN, "Not converged", number, text, (), last)
+
+
+def _sensitivities(results: Results) -> Headline | None:
+    said = verdict(results)
+    rows = results.get("parameters")
+    if not said or not isinstance(rows, list) or not isinstance(rows[0], Mapping):
+        return None
+    first = next((row for row in rows if row.get("name") != "pressure"), rows[0])
+    return Headline(PLAIN, "Most depends on", str(first.get("name")), said[0])
 
 
 def _sweep(results: Results) -> Headline | None:

@@ -13,7 +13,7 @@ from lobefem.units import handy, pascals
 from lobefem.viz.report_tables import Table, pairs, rows_of, waves
 from lobefem.viz.style import COLOURS, UNITS
 
-__all__ = ["Axis", "Chart", "Series", "eigenvalues", "finite", "harmonics", "refinement", "rows_with"]
+__all__ = ["Axis", "Chart", "Series", "Show", "eigenvalues", "finite", "harmonics", "refinement", "rows_with"]
 
 Show = Callable[[int, int], str]  # a step and a stored mode -> the view that shows it, "" if none does
 

@@ -23,7 +23,7 @@ from lobefem.viz.report_charts import Chart
 from lobefem.viz.report_motion import motion
 from lobefem.viz.report_parameters import sweep
 from lobefem.viz.report_pictures import Picture
-from lobefem.viz.report_pumpkin import pumpkin
+from lobefem.viz.report_pumpkin import pumpkin, searched, spectrum
 from lobefem.viz.report_section import Folded, Section
 from lobefem.viz.report_shapes import Scene
 from lobefem.viz.report_tables import Table
@@ -141,7 +141,9 @@ def part(run: Run, name: str, room: int, pictures: int) -> Part:
     moving = made("Ramp and release", partial(motion, at=point)) or []
     charts = _present(
         made("Sweep", sweep),
-        made("Eigenvalues", partial(report_charts.eigenvalues, show=mode)),
+        made("Eigenvalues", partial(searched, show=mode))
+        or made("Eigenvalues", partial(spectrum, show=mode))
+        or made("Eigenvalues", partial(report_charts.eigenvalues, show=mode)),
         made("Harmonics", partial(report_charts.harmonics, show=mode)),
         made("Mesh study", report_charts.refinement),
         *moving,

@@ -262,10 +262,10 @@ if (control.run) control.run.addEventListener("change", () => setRun(Number(cont
 if (byId("shapes")) {
   sizes.observe(main);
   // after the first screen is there
-  requestAnimationFrame(() => setTimeout(() => {
+  window.addEventListener("load", () => setTimeout(() => {
     startView();
     document.documentElement.dataset.drawn = Math.round(performance.now()) + " ms";
-  }));
+  }, 20));
 } else document.documentElement.dataset.drawn = Math.round(performance.now()) + " ms";
 
 // --- where the reader is --------------------------------------------------------------------------

@@ -309,7 +309,8 @@ def test_the_map_has_the_areas_that_the_film_says(shared_path):
 _HARNESS = """<!DOCTYPE html><body style="margin:0"><iframe id="f" src="report.html" width="{width}"
 height="{height}" style="border:0"></iframe><script>
 const frame = document.getElementById("f");
-frame.onload = () => setTimeout(() => {{
+const begin = () => {{
+  if (!frame.contentDocument.documentElement.dataset.drawn) return setTimeout(begin, 50);
   const page = frame.contentDocument, at = (id) => page.getElementById(id), canvas = at("view");
   const press = (element, key) =>
     element.dispatchEvent(new frame.contentWindow.KeyboardEvent("keydown", {{ key }}));
@@ -342,7 +343,7 @@ frame.onload = () => setTimeout(() => {{
   found.rows = [visible()];
   details.closest(".table").querySelector(".fold").click();
   found.rows.push(visible());
-  const head = [...table.tHead.rows[0].cells].find((cell) => cell.textContent.startsWith("eigenvalue"));
+  const head = [...table.tHead.rows[0].cells].find((cell) => cell.textContent.startsWith("real part"));
   const column = () => [...table.tBodies[0].rows].map((row) => Number(row.cells[head.cellIndex].textContent));
   head.querySelector("button").click();
   found.sorted = column();
@@ -364,7 +365,8 @@ frame.onload = () => setTimeout(() => {{
     delete found.swung;
     console.log("FOUND " + JSON.stringify(found) + " DNUOF");
   }}, 400);
-}}, 1500);
+}};
+frame.onload = () => setTimeout(begin, 200);
 </script>"""
 
 

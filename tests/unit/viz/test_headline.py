@@ -1,0 +1,115 @@
+"""The answer at a glance, from results alone."""
+
+import pytest
+
+from lobefem.viz.headline import headline
+
+pytestmark = pytest.mark.serial
+
+STACK = {"film": "tension-field", "load": "closed", "support": "clamped", "bar": "rigid", "hoops": 2e9, "lobes": 4,
+         "divisions": [24, 32]}  # fmt: skip
+CRITICAL = {"command": "critical", "critical_pressure": 5497.1, "kind": "sway", "harmonic": 1}
+
+
+def marks(found):
+    return {mark.name: (mark.text, mark.tone) for mark in found.marks}
+
+
+def test_a_critical_pressure_is_the_number():
+    found = headline(
+        STACK | CRITICAL | {"max_stress": 2.4e8, "bar_force": 2e4, "hoop_tension": [1.4e4, 1.48e4]}
+    )
+    assert (found.tone, found.word, found.number, found.value) == ("good", "Stable up to", "5497 Pa", 5497.1)
+    assert found.text == "Above that the stack sways sideways."
+    assert marks(found) == {
+        "Mesh": ("24×32: not checked on a finer one", "open"),
+        "Film stress": ("240 MPa; its strength is not given", "open"),
+        "Hoops": ("14.8 kN at most", "plain"),
+        "Bar": ("rigid, 20 kN: does yours have one?", "open"),
+    }
+
+
+def test_a_number_that_depends_on_the_mesh_is_marked():
+    found = headline(STACK | CRITICAL | {"film": "fixed-wrinkles"})
+    assert found.tone == "open"
+    assert marks(found)["Mesh"][1] == "bad"
+    found = headline(STACK | CRITICAL | {"mesh_error": 0.011, "mesh_behaviour": "converges"})
+    assert marks(found)["Mesh"] == ("± 1.1 %", "good")
+
+
+def test_film_that_breaks_comes_first():
+    found = headline(STACK | CRITICAL | {"strength": 1.8e8, "strength_pressure": 4100.0})
+    assert (found.tone, found.word, found.number) == ("bad", "The film breaks at", "4100 Pa")
+    assert "before the balloon becomes unstable at 5497 Pa" in found.text
+
+
+@pytest.mark.parametrize(
+    ("results", "tone", "word", "number"),
+    [
+        ({"critical_pressure": 0}, "bad", "Unstable", "at any pressure"),
+        ({"critical_pressure": None, "limit": 2e4}, "good", "No instability up to", "20 kPa"),
+        ({"critical_pressure": 300.0, "bounds": [300.0, 900.0]}, "open", "Stable below", "300 Pa"),
+        ({"critical_pressure": 0, "bounds": [0, 900.0]}, "open", "Unstable above", "900 Pa"),
+        ({"critical_pressure": 0, "bounds": [0, None]}, "open", "Undecided", ""),
+        ({"error": "line search failed"}, "bad", "Failed", ""),
+        ({"critical_pressure": {}}, "open", "No verdict", ""),
+    ],
+)
+def test_words_of_other_ends_of_a_search(results, tone, word, number):
+    found = headline(STACK | {"command": "critical", "kind": "sway", "harmonic": 1} | results)
+    assert (found.tone, found.word, found.number) == (tone, word, number)
+
+
+def entry(pressure, value, verdict=""):
+    modes = [{"kind": "sway", "harmonic": 1, "real": value}]
+    return {"pressure": pressure, "stable": value > 0, "modes": modes} | (
+        {"verdict": verdict} if verdict else {}
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "word", "number", "text"),
+    [
+        ([(1e3, 2.0), (2e3, 1.0)], "Stable at", "1000 Pa to 2000 Pa", ""),
+        (
+            [(3e3, -1.0), (1e3, 2.0), (4e3, -2.0)],
+            "Unstable from",
+            "3000 Pa",
+            "unstable between 1000 Pa and 3000 Pa",
+        ),
+        ([(1e3, -1.0), (2e3, 1.0)], "Unstable at", "1000 Pa", "Stable at 2000 Pa."),
+        ([(1e3, 1.0), (2e3, -1.0, "undecided")], "Undecided at", "2000 Pa", "Stable at 1000 Pa."),
+    ],
+)
+def test_pressures_of_modes(values, word, number, text):
+    found = headline(STACK | {"command": "modes", "pressures": [entry(*value) for value in values]})
+    assert (found.word, found.number) == (word, number)
+    assert text in found.text
+
+
+def test_a_release_and_a_study():
+    released = {
+        "command": "perturb",
+        "outcome": "returned",
+        "parameter": 7.5,
+        "unit": "degrees",
+        "distortion": "bend",
+    }
+    assert headline(released).number == "after 7.5°"
+    study = {
+        "command": "mesh-study",
+        "lowest": {"behaviour": "converges", "limit": 290e3, "uncertainty": 900.0},
+    }
+    assert (headline(study).word, headline(study).number) == ("Stable up to", "290 kPa")
+    falls = study | {
+        "lowest": {"behaviour": "falls"},
+        "meshes": [{"critical_pressure": p} for p in (9e3, 2e3)],
+    }
+    assert (headline(falls).tone, headline(falls).number) == ("bad", "below 2000 Pa")
+
+
+def test_a_pumpkin_may_be_stable_on_a_stretch_only():
+    path = {"gores": 64, "searched_from": 10.0, "searched_to": 900.0, "stable": [[50.0, 800.0]]}
+    found = headline(CRITICAL | path | {"critical_pressure": 800.0, "harmonic": 3, "kind": "global"})
+    assert (found.word, found.number) == ("Stable up to", "800 Pa")
+    assert found.text.endswith("(3 waves around). Unstable below 50 Pa.")
