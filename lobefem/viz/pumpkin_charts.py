@@ -5,96 +5,127 @@ from __future__ import annotations
 from typing import Any
 
 from lobefem.io.run_reader import Run
-from lobefem.units import pascals
+from lobefem.units import handy, pascals
 from lobefem.viz.harmonic_curves import named_harmonics
-from lobefem.viz.report_charts import Chart
-from lobefem.viz.report_tables import Table
+from lobefem.viz.report_charts import Axis, Chart, Series, Show, finite, rows_with
+from lobefem.viz.report_tables import Table, number, waves
+from lobefem.viz.style import UNITS
 
 __all__ = ["eigenvalues", "harmonics"]
 
-# Okabe and Ito's
-_LINES = ("#0072B2", "#D55E00", "#009E73", "#B4588F", "#E69F00", "#56B4E9")
+# of the harmonics that matter
+_COLOURS = ("sway", "twist", "global", "local", "contact", "line")
 
 
-def _line(x: list[Any], y: list[Any], name: str, colour: str, hover: str) -> dict[str, Any]:
-    return {
-        "type": "scatter", "mode": "lines+markers", "x": x, "y": y, "name": name,
-        "line": {"color": colour, "width": 1.8}, "hovertemplate": f"{hover}<extra></extra>",
-    }  # fmt: skip
-
-
-def eigenvalues(run: Run) -> Chart | None:
+def eigenvalues(run: Run, show: Show) -> Chart | None:
     """Lowest eigenvalue of each harmonic: of a search against pressure, of modes against n; else None."""
-    results = run.results
-    if "gores" not in results:
+    if "gores" not in run.results:
         return None
-    if results.get("curves"):
-        return _along_path(results)
-    return _spectrum(results) if results.get("pressures") else None
+    return _along_path(run, show) or _spectrum(run, show)
 
 
-def _along_path(results: Any) -> Chart:
-    p = [pair[0] for pair in results["visited"]]
-    curves = {curve["harmonic"]: curve["values"] for curve in results["curves"]}
-    named = named_harmonics(results)
-    traces = [
-        _line(p, curves[n], f"n = {n}", _LINES[k % len(_LINES)], f"n = {n}: %{{y:.4g}} Pa/m at %{{x:.4g}} Pa")
-        for k, n in enumerate(named)
-    ]
-    critical, at = results["critical_pressure"], results["harmonic"]
-    high = max(max(values) for n, values in curves.items() if n == at or (not critical and n in named))
-    low = min(0.0, *(min(curves[n]) for n in named))
-    high = 4 * high if critical else high
-    end = f"; stability is lost at {pascals(critical)} in harmonic {at}" if critical else ""
-    rows = tuple((f"{n}", ", ".join(f"{value:.4g}" for value in values)) for n, values in curves.items())
+def _critical_view(run: Run, show: Show) -> str:
+    at = next((s for s, step in enumerate(run.steps) if step.num_modes), None)
+    return "" if at is None else show(at, 0)
+
+
+def _along_path(run: Run, show: Show) -> Chart | None:
+    results = run.results
+    visited = [v for v in results.get("visited") or [] if isinstance(v, list) and len(v) == 2]
+    rows = rows_with(results.get("curves"), "harmonic", "values")
+    curves = {r["harmonic"]: r["values"] for r in rows if len(r["values"]) == len(visited) > 0}
+    if not curves:
+        return None
+    named = [n for n in named_harmonics(results) if n in curves]
+    pressures = [v[0] for v in visited]
+    unit, factor = handy(max(pressures), "Pa")
+    series = []
+    for n, values in curves.items():
+        hints = [
+            f"{waves(n)}: {number(v)} Pa/m at {pascals(p)}" for p, v in zip(pressures, values, strict=True)
+        ]
+        strong = n in named
+        colour = _COLOURS[named.index(n) % len(_COLOURS)] if strong else "quiet"
+        width, size = (2.0, 3.5) if strong else (0.8, 1.5)
+        told = [p / factor for p in pressures]
+        series.append(Series(f"n = {n}", colour, told, values, hints, (), width, size))
+    critical: Any = results.get("critical_pressure")
+    at, mark, end = results.get("harmonic"), None, ""
+    if finite(critical) and critical:
+        mark = (critical / factor, 0.0, f"unstable above {pascals(critical)}")
+        end = f" Stability is lost at {pascals(critical)}, with {waves(at)}."
+        view, hint = _critical_view(run, show), f"critical mode, {waves(at)}, at {pascals(critical)}"
+        series.append(Series("critical mode", "line", [mark[0]], [0.0], [hint], [view], 0.0, 6.0))
+    shown = [curves[n] for n in named] or list(curves.values())
+    high = max(
+        max(values) for n, values in curves.items() if n == at or (not critical and n in named) or not named
+    )
+    high *= 4 if critical else 1.05
+    low = min(0.0, *(min(values) for values in shown))
+    low = max(low, -high) if high > 0 else low
+    table = Table(
+        "Eigenvalues by harmonic [Pa/m]",
+        ("n", *(f"at {pascals(p)}" for p in pressures)),
+        tuple((str(n), *map(number, values)) for n, values in curves.items()),
+    )
     return Chart(
-        "Lowest eigenvalue of each harmonic along the inflated path",
-        f"Named are {len(named)} of {len(curves)} harmonics at {len(p)} pressures up to "
-        f"{pascals(p[-1])}{end}.",
-        traces, "pressure p [Pa]", "eigenvalue λ [Pa/m]",
-        {"yaxis": {"range": [max(low, -high) if high > 0 else low, high], "zeroline": True}},
-        Table("Eigenvalues by harmonic", ("n", f"at {', '.join(f'{x:.4g}' for x in p)} Pa [Pa/m]"), rows),
+        "Lowest eigenvalue of each number of waves along the inflated path",
+        f"Named are {len(named)} of {len(curves)} harmonics at {len(visited)} pressures up to "
+        f"{pascals(max(pressures))}.{end}",
+        Axis(f"pressure [{unit}]"), Axis("eigenvalue [Pa/m]", "linear", (low - 0.1 * (high - low), high)),
+        series, table, unstable=True, mark=mark,
     )  # fmt: skip
 
 
-def _spectrum(results: Any) -> Chart:
-    unit = "N/m" if results["mass"] == "nodal" else "Pa/m"
-    traces, rows = [], []
-    for k, entry in enumerate(results["pressures"]):
-        n = [row["harmonic"] for row in entry["by_harmonic"]]
-        values = [row["lowest"] for row in entry["by_harmonic"]]
-        at = pascals(entry["pressure"])
-        traces.append(_line(n, values, at, _LINES[k % len(_LINES)], f"n = %{{x}}: %{{y:.4g}} {unit} at {at}"))
-        rows += [(at, str(h), f"{value:.5g}") for h, value in zip(n, values, strict=True)]
-    lowest = min(min(trace["y"]) for trace in traces)
-    logarithmic = {"yaxis": {"type": "log"}} if lowest > 0 else {}
+def _spectrum(run: Run, show: Show) -> Chart | None:
+    unit = UNITS.get(str(run.results.get("mass", "unit")), "Pa/m")
+    series, rows = [], []
+    for k, entry in enumerate(rows_with(run.results.get("pressures"), "pressure", "by_harmonic")):
+        found = rows_with(entry["by_harmonic"], "harmonic", "lowest")
+        modes = rows_with(entry.get("modes"), "harmonic")
+        places = {mode["harmonic"]: i for i, mode in reversed(list(enumerate(modes)))}
+        told = pascals(entry["pressure"])
+        n, values = [r["harmonic"] for r in found], [r["lowest"] for r in found]
+        hints = [f"{waves(h)}: {number(v)} {unit} at {told}" for h, v in zip(n, values, strict=True)]
+        views = [show(k, places[h]) if h in places else "" for h in n]
+        series.append(Series(f"at {told}", _COLOURS[k % len(_COLOURS)], n, values, hints, views))
+        rows += [(told, str(h), number(v)) for h, v in zip(n, values, strict=True)]
+    if not rows:
+        return None
+    lowest = min(v for one in series for v in one.y)
+    axis = Axis(f"eigenvalue [{unit}]", "log" if lowest > 0 else "linear")
     return Chart(
-        "Lowest eigenvalue of each harmonic", f"The lowest one of all is {lowest:.4g} {unit}.", traces,
-        "harmonic n", f"eigenvalue λ [{unit}]", logarithmic,
+        "Lowest eigenvalue of each number of waves", f"The lowest one of all is {number(lowest)} {unit}.",
+        Axis("waves around, n"), axis, series,
         Table("Lowest eigenvalue of each harmonic", ("pressure", "n", f"eigenvalue [{unit}]"), tuple(rows)),
+        unstable=lowest <= 0,
     )  # fmt: skip
 
 
-def harmonics(run: Run) -> Chart | None:
+def harmonics(run: Run, show: Show) -> Chart | None:
     """Where each harmonic loses stability; None of runs that are no search for it."""
     results = run.results
-    if "gores" not in results or len(results.get("chart") or ()) < 2:
+    chart = rows_with(results.get("chart"), "harmonic", "critical_pressure", "stable_from")
+    end: Any = results.get("searched_to")
+    if "gores" not in results or len(chart) < 2 or not finite(end):
         return None
-    chart: Any = results["chart"]
-    end = results["searched_to"]
+    unit, factor = handy(end, "Pa")
     lost = [(row["harmonic"], row["critical_pressure"]) for row in chart if row["critical_pressure"]]
     never = [row["harmonic"] for row in chart if row["critical_pressure"] is None]
-    hover = "n = %{x}: unstable from %{y:.4g} Pa"
-    traces = [_line([n for n, _ in lost], [p for _, p in lost], "stability lost", _LINES[0], hover)]
-    traces.append(
-        {
-            "type": "scatter", "mode": "markers", "x": never, "y": [end] * len(never),
-            "name": f"stable up to {pascals(end)}",
-            "marker": {"symbol": "triangle-up-open", "color": "#888888"},
-            "hovertemplate": "n = %{x}: stable<extra></extra>",
-        }
-    )  # fmt: skip
-    said = [
+    first: Any = results.get("critical_pressure")
+    view = _critical_view(run, show)
+    series = [
+        Series(
+            "stability lost", "sway", [n for n, _ in lost], [p / factor for _, p in lost],
+            [f"{waves(n)}: unstable from {pascals(p)}" for n, p in lost],
+            [view if n == results.get("harmonic") else "" for n, _ in lost],
+        ),
+        Series(
+            f"stable up to {pascals(end)}", "quiet", never, [end / factor] * len(never),
+            [f"{waves(n)}: stable up to {pascals(end)}, the end of the search" for n in never], (), 0.0, 3.0,
+        ),
+    ]  # fmt: skip
+    said = tuple(
         (
             str(row["harmonic"]),
             "" if row["stable_from"] is None else pascals(row["stable_from"]),
@@ -102,13 +133,16 @@ def harmonics(run: Run) -> Chart | None:
             or pascals(row["critical_pressure"]),
         )
         for row in chart
-    ]
-    first = results["critical_pressure"]
-    lowest = (
-        f"The lowest is {pascals(first)}, n = {results['harmonic']}." if first else "None loses stability."
     )
-    log = {"yaxis": {"type": "log"}} if lost and end > 8 * min(p for _, p in lost) else {}
+    lowest = (
+        f"The lowest is {pascals(first)}, n = {results.get('harmonic')}."
+        if first
+        else "None loses stability."
+    )
+    log = lost and end > 8 * min(p for _, p in lost)
+    mark = (results["harmonic"], first / factor, f"lowest: {pascals(first)}") if first else None
     return Chart(
-        "Critical pressure of each harmonic", lowest, traces, "harmonic n", "critical pressure [Pa]", log,
-        Table("Critical pressure of each harmonic", ("n", "stable from", "stable up to"), tuple(said)),
+        "Critical pressure of each number of waves", lowest, Axis("waves around, n"),
+        Axis(f"critical pressure [{unit}]", "log" if log else "linear"), series,
+        Table("Critical pressure of each harmonic", ("n", "stable from", "stable up to"), said), mark=mark,
     )  # fmt: skip

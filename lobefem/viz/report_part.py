@@ -10,6 +10,7 @@ from typing import Any
 from lobefem.io.run_reader import Run
 from lobefem.log import logger
 from lobefem.viz import (
+    pumpkin_charts,
     report_charts,
     report_maps,
     report_pictures,
@@ -23,7 +24,7 @@ from lobefem.viz.report_charts import Chart
 from lobefem.viz.report_motion import motion
 from lobefem.viz.report_parameters import sweep
 from lobefem.viz.report_pictures import Picture
-from lobefem.viz.report_pumpkin import pumpkin, searched, spectrum
+from lobefem.viz.report_pumpkin import pumpkin
 from lobefem.viz.report_section import Folded, Section
 from lobefem.viz.report_shapes import Scene
 from lobefem.viz.report_tables import Table
@@ -138,13 +139,12 @@ def part(run: Run, name: str, room: int, pictures: int) -> Part:
     scene = made("Shapes", partial(report_shapes.scene, room=room))
     mode = scene.mode if scene is not None else lambda step, mode: ""
     point = scene.point if scene is not None else lambda point: ""
+    by_gores: Any = pumpkin_charts if "gores" in results else report_charts
     moving = made("Ramp and release", partial(motion, at=point)) or []
     charts = _present(
         made("Sweep", sweep),
-        made("Eigenvalues", partial(searched, show=mode))
-        or made("Eigenvalues", partial(spectrum, show=mode))
-        or made("Eigenvalues", partial(report_charts.eigenvalues, show=mode)),
-        made("Harmonics", partial(report_charts.harmonics, show=mode)),
+        made("Eigenvalues", partial(by_gores.eigenvalues, show=mode)),
+        made("Harmonics", partial(by_gores.harmonics, show=mode)),
         made("Mesh study", report_charts.refinement),
         *moving,
     )

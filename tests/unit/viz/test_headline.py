@@ -6,8 +6,8 @@ from lobefem.viz.headline import headline
 
 pytestmark = pytest.mark.serial
 
-STACK = {"film": "tension-field", "load": "closed", "support": "clamped", "bar": "rigid", "hoops": 2e9, "lobes": 4,
-         "divisions": [24, 32]}  # fmt: skip
+STACK = {"film": "tension-field", "load": "closed", "support": "clamped", "bar": "rigid", "hoops": 2e9,
+         "lobes": 4, "divisions": [24, 32]}  # fmt: skip
 CRITICAL = {"command": "critical", "critical_pressure": 5497.1, "kind": "sway", "harmonic": 1}
 
 

@@ -55,8 +55,8 @@ def compared(tmp_path, values):
         design = Design.parse(
             {"mesh": {"divisions": [around // 2, around]}, "film": {"law": "tension-field"}}
         )
-        results = {"command": "critical", "critical_pressure": pressure, "kind": "sway", "harmonic": 1, "lobes": 1,
-                   "film": "tension-field", "divisions": [around // 2, around]}  # fmt: skip
+        results = {"command": "critical", "critical_pressure": pressure, "kind": "sway", "harmonic": 1,
+                   "lobes": 1, "film": "tension-field", "divisions": [around // 2, around]}  # fmt: skip
         parts.append(part(run(tmp_path / f"m{around}", results, design), f"run-{around}", 1000, 2))
     return parts
 
