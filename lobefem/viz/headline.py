@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lobefem.outcomes import RIGID, UNDECIDED
+from lobefem.typing import Unchecked
 from lobefem.units import pascals, scaled
 from lobefem.viz.verdict import motion, verdict
 
@@ -76,7 +77,7 @@ def headline(results: Results) -> Headline:
     return made or Headline(OPEN, "No verdict", "", "These results say nothing of stability.")
 
 
-def _real(value: Any) -> bool:
+def _real(value: Unchecked) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from lobefem.io.run_reader import Run
+from lobefem.typing import Unchecked
 from lobefem.units import handy, pascals
 from lobefem.viz.report_tables import Table, pairs, rows_of, waves
 from lobefem.viz.style import COLOURS, UNITS
@@ -112,14 +113,14 @@ class Chart:
         }  # fmt: skip
 
 
-def rows_with(value: Any, *keys: str) -> list[dict[str, Any]]:
+def rows_with(value: Unchecked, *keys: str) -> list[dict[str, Any]]:
     """The dictionaries of a list that have certain keys."""
     if not isinstance(value, list):
         return []
     return [row for row in value if isinstance(row, dict) and all(key in row for key in keys)]
 
 
-def finite(value: Any) -> bool:
+def finite(value: Unchecked) -> bool:
     """True for a number that is one."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
@@ -216,7 +217,7 @@ def _listed(values: Sequence[Any]) -> str:
     return ", ".join(map(_told, values))
 
 
-def _told(value: Any) -> str:
+def _told(value: Unchecked) -> str:
     return f"{value:.4g}".replace("-", "\N{MINUS SIGN}") if finite(value) else "none"
 
 

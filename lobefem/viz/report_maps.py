@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from lobefem.geometry.axis import across
 from lobefem.io.run_reader import Run, Step
-from lobefem.typing import Array
+from lobefem.typing import Array, Axes
 from lobefem.viz.report_pictures import Picture, png, step_name
 from lobefem.viz.style import DIVERGING, MM, REGIONS, SEQUENTIAL, STYLE
 
@@ -177,7 +177,7 @@ def _region_picture(polygons: Array, kinds: npt.NDArray[np.int64], told: str) ->
         return png(figure)
 
 
-def _map(axes: Any, polygons: Array, values: Array, cmap: Any, ends: tuple[float, float]) -> Any:
+def _map(axes: Axes, polygons: Array, values: Array, cmap: Any, ends: tuple[float, float]) -> Any:
     low, high = float(polygons[..., 0].min()), float(polygons[..., 0].max())
     right, left = (polygons[..., 0] > 180).any(axis=1), (polygons[..., 0] < -180).any(axis=1)
     turn = np.array([360.0, 0.0])  # what goes over one edge of the map comes in at the other

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from lobefem.io.run_reader import Run
+from lobefem.typing import Unchecked
 from lobefem.units import handy, pascals
 from lobefem.viz.report_charts import Axis, Chart, Series, finite, rows_with
 from lobefem.viz.report_tables import number
@@ -43,7 +44,7 @@ def _settings(values: Mapping[str, Any]) -> str:
     return ", ".join(f"{key} = {said(value)}" for key, value in values.items())
 
 
-def said(value: Any) -> str:
+def said(value: Unchecked) -> str:
     """A value of a design in few letters."""
     if isinstance(value, (list, tuple)):
         return "×".join(map(number, value))
@@ -98,12 +99,12 @@ def parameter_chart(points: Sequence[Point], keys: Sequence[str], about: str) ->
     )
 
 
-def _at(value: Any, names: Sequence[str] | None) -> float:
+def _at(value: Unchecked, names: Sequence[str] | None) -> float:
     at = place(value)
     return float(names.index(said(value))) if names or at is None else at  # type: ignore[union-attr]
 
 
-def place(value: Any) -> float | None:
+def place(value: Unchecked) -> float | None:
     """Where a value stands on an axis; of divisions the number around; None of words."""
     if isinstance(value, (list, tuple)) and len(value) == 2 and all(isinstance(v, int) for v in value):
         return float(value[1])

@@ -9,6 +9,7 @@ from typing import Any
 
 from lobefem.io import result_keys
 from lobefem.io.run_reader import Run
+from lobefem.typing import Unchecked
 from lobefem.units import handy, scaled
 from lobefem.viz.sensitivity_table import sensitivity_table
 from lobefem.viz.style import UNITS
@@ -83,7 +84,7 @@ _MESHES = {
 }
 
 
-def number(value: Any) -> str:
+def number(value: Unchecked) -> str:
     """A value of the results as text."""
     if value is None:
         return "none"
@@ -159,7 +160,7 @@ def _meaning(command: str, key: str) -> tuple[str, str]:
     return "", ""
 
 
-def _pairs(value: Any) -> Iterator[tuple[str, Any]]:
+def _pairs(value: Unchecked) -> Iterator[tuple[str, Any]]:
     if isinstance(value, dict):
         yield from ((str(key), one) for key, one in value.items())
 
@@ -320,7 +321,7 @@ def _equal(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     return abs(a - b) <= 1e-5 * max(abs(a), abs(b))
 
 
-def _dicts(value: Any) -> list[dict[str, Any]]:
+def _dicts(value: Unchecked) -> list[dict[str, Any]]:
     return [v for v in value if isinstance(v, dict)] if isinstance(value, list) else []
 
 
@@ -359,7 +360,7 @@ def _names(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return list(dict.fromkeys(name for row in rows for name in row))
 
 
-def waves(harmonic: Any) -> str:
+def waves(harmonic: Unchecked) -> str:
     """A harmonic in words."""
     return {0: "no waves around", 1: "1 wave around"}.get(harmonic, f"{number(harmonic)} waves around")
 
