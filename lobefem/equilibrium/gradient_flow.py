@@ -46,10 +46,6 @@ _WANTED, _FAILED = 6, 10
 # iterations by which the residual of a solve that will succeed lies below that of its first step
 _FALLING = 4
 
-# residual of a step's solution over that of its beginning: the path is that of 1e-4 to four digits, in three
-# quarters of the iterations
-_CLOSE = 0.03
-
 
 @dataclass(frozen=True)
 class Record:
@@ -119,6 +115,7 @@ class GradientFlow:
         tolerance: of the error of a step, root mean square over the unknowns, angles as lengths [m].
         settled: relative residual at which the motion has ended.
         ledger: what to go on from.
+        close: residual of a step's solution over that of its beginning.
         fade: time in which the forces that held the start die away, linearly [s]; None: gone at once.
         on_step: called with each record and this rank's unknowns at the beginning of its step.
 
@@ -134,12 +131,13 @@ class GradientFlow:
         tolerance: float,
         settled: float,
         ledger: Ledger,
+        close: float = 0.03,
         fade: float | None = None,
         on_step: OnStep | None = None,
     ) -> None:
         self.balloon, self.q, self.fade = balloon, q, fade
         self.damping, self.tolerance, self.settled = damping, tolerance, settled
-        self.ledger, self.on_step = ledger, on_step
+        self.ledger, self.on_step, self._close = ledger, on_step, close
         self.history: list[Record] = []
         self._middle = middle_nodes(balloon)
         self._r, self._force, self._held, self._change, self._work, self._begin, self._last = (
@@ -233,7 +231,7 @@ class GradientFlow:
             return why.DIVERGED_DTOL
         x = snes.getSolution()
         floor = newton.round_off(self._stiffness, x) if its else 0.0
-        if norm > max(0.1 * self.settled * self._load, _CLOSE * self._start_norm, floor):
+        if norm > max(0.1 * self.settled * self._load, self._close * self._start_norm, floor):
             return None
         x.copy(self._change)
         self._change.axpy(-1.0, self._begin)

@@ -34,10 +34,14 @@ _WORTH = 4000  # nodes of a mesh above which a coarser one saves time
 _PER_RANK = 1000  # nodes on a rank below which a coarser mesh does not
 
 
-def coarser_balloon(balloon: Balloon) -> Balloon | None:
+def coarser_balloon(balloon: Balloon, above: int | None = None) -> Balloon | None:
     """The same balloon with half the divisions both ways; None where that cannot be had or saves nothing.
 
     Contact, guides, and what is bound to the mesh (a frame of the user's, say) are for one mesh only.
+
+    Args:
+        balloon: on the finer mesh.
+        above: nodes above which a coarser mesh saves time; by default some thousands, more on many ranks.
 
     Collective.
     """
@@ -45,7 +49,7 @@ def coarser_balloon(balloon: Balloon) -> Balloon | None:
     bound = (
         balloon.specification.bound_to_mesh or balloon.contact is not None or balloon.prescribed is not None
     )
-    if bound or nodes <= max(_WORTH, _PER_RANK * balloon.comm.size):
+    if bound or nodes <= (max(_WORTH, _PER_RANK * balloon.comm.size) if above is None else above):
         return None
     surface = coarser(balloon.surface, balloon.axis)
     return balloon.remeshed(surface) if surface is not None else None

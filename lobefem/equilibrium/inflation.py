@@ -200,7 +200,7 @@ def _from_coarser(
     progress: Progress | None,
 ) -> Any:
     """Unknowns to start from, the equilibrium on a mesh half as fine; None where none was found."""
-    coarse = coarser_balloon(balloon)
+    coarse = coarser_balloon(balloon, options.nest_above)
     if coarse is None:
         return None
     q = _from_coarser(coarse, pressure, prestress, options, progress)

@@ -35,8 +35,8 @@ __all__ = [
 ]
 
 # Newton steps with a kept tangent that cost less than a new one, its factorisation and its own steps, on
-# a mesh of that many unknowns
-_CHEAP_STEPS, _MANY = 10, 9000
+# a large mesh
+_CHEAP_STEPS = 10
 
 # a residual that falls to this share in one step vouches for the next one with the same tangent
 _FAST = 0.25
@@ -106,17 +106,18 @@ class EnergySearch:
 
     Args:
         balloon: whose energy.
-        keep: a tangent where that is cheaper, see `tangent`; else each step has a new one.
+        options: whether and where a tangent is kept, see `tangent`, and a factorisation compressed.
 
     Attributes:
         limit: residual beyond which whole steps lead nowhere [N, N m].
         separation: what cuts the steps of a balloon with contact.
     """
 
-    def __init__(self, balloon: Balloon, keep: bool = True) -> None:
-        self.balloon = balloon
+    def __init__(self, balloon: Balloon, options: NewtonOptions) -> None:
+        self.balloon, self.options = balloon, options
         # the barrier of film in contact is too steep for the tangent of another place
-        self._keeps = keep and balloon.contact is None and balloon.map.size > _MANY
+        large = balloon.map.size > options.keep_above
+        self._keeps = options.keep_tangent and balloon.contact is None and large
         self.limit = math.inf
         self.separation: Separation | None = None
         self._base: float | None = None
@@ -332,7 +333,7 @@ def set_up(snes: SNES, search: EnergySearch, symmetric: bool, line_search: str =
         snes.setObjective(search)
     snes.setConvergenceTest(search.converged)
     q = search.balloon.map
-    compressed = q.size >= petsc.COMPRESS
+    compressed = q.size >= search.options.compress_above
     exact = search.balloon.gas is None
     petsc.set_direct_solver(
         snes.getKSP(), symmetric, compressed=compressed, whole_nodes=q.whole_nodes, exact=exact
@@ -374,7 +375,7 @@ class Newton:
         self.balloon, self.rtol, self.norm = balloon, options.rtol, math.inf
         self._r = q.duplicate()
         self._last = q.duplicate() if predicted else None
-        self._search = search = EnergySearch(balloon, options.keep_tangent)
+        self._search = search = EnergySearch(balloon, options)
         self.symmetric = symmetric = has_symmetric_load(balloon, q)
         J, K = search.assemble(q)
         self.snes = snes = PETSc.SNES().create(balloon.comm)

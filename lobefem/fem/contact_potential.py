@@ -305,7 +305,7 @@ class Contact:
         return self.comm.bcast(self._on_root(self._crossed), root=0)
 
     @timed("contact")
-    def free_share(self, start: Function | Array, end: Function | Array) -> float:
+    def free_share(self, start: Function | Array, end: Function | Array, away: float = _AWAY) -> float:
         """Share of a straight step that the film can go without touching itself. Collective.
 
         By continuous collision detection, which leaves a part of each gap open.
@@ -313,6 +313,7 @@ class Contact:
         Args:
             start: displacements, free of intersections.
             end: displacements at the end of the whole step.
+            away: share of the smallest gap that its two sides together may close without a search.
 
         Returns:
             1 where the whole step is free.
@@ -323,7 +324,7 @@ class Contact:
         def build() -> float:
             end_x = self._mesh.displace_vertices(there)
             way = float(np.square(end_x - self._x).sum(axis=1).max())
-            if 4 * way < _AWAY**2 * self._least**2:
+            if 4 * way < away**2 * self._least**2:
                 return 1.0
             # additive CCD: the default, tight inclusion, takes seconds where film almost touches
             ccd = self._ipctk.AdditiveCCD()

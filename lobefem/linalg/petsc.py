@@ -16,7 +16,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 __all__ = [
-    "COMPRESS",
     "PREFIXES",
     "SYMMETRIC",
     "asymmetry",
@@ -44,9 +43,6 @@ _INERTIA = {"mat_mumps_icntl_13": 1}
 
 # A large matrix's fronts are of low rank block by block: MUMPS compresses them to a relative 1e-10, which
 # halves the work of a factorisation at a million unknowns, and two or three steps of GMRES make up for it.
-# Below so many unknowns there is nothing to gain.
-COMPRESS = 300_000
-
 _COMPRESSED = {"mat_mumps_icntl_35": 2, "mat_mumps_cntl_7": 1e-10}
 
 _EXACT = {"mat_mumps_icntl_35": 0, "mat_mumps_cntl_7": 0.0}

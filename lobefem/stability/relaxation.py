@@ -155,6 +155,7 @@ def release(
         damping=c,
         tolerance=options.tolerance * size,
         settled=options.settled,
+        close=options.close,
         ledger=ledger or Ledger(),
         fade=options.fade,
         on_step=report,

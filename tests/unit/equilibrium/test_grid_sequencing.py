@@ -23,12 +23,6 @@ from mpi4py import MPI
 SEAM = Isotensoid.from_edge_radius().height
 
 
-@pytest.fixture(autouse=True)
-def small_meshes_nest(monkeypatch):
-    monkeypatch.setattr(grid_sequencing, "_WORTH", 0)
-    monkeypatch.setattr(grid_sequencing, "_PER_RANK", 0)
-
-
 def field(x):
     """A smooth displacement of points (n, 3), bent at the seam of two lobes."""
     theta, height = np.arctan2(x[:, 1], x[:, 0]), np.abs(x[:, 2] - SEAM)
@@ -37,7 +31,7 @@ def field(x):
 
 def interpolation_error(comm, divisions, **mesh):
     fine = Balloon(lobed_cylinder(2, divisions, comm=comm, **mesh), Isotropic())
-    coarse = grid_sequencing.coarser_balloon(fine)
+    coarse = grid_sequencing.coarser_balloon(fine, above=0)
     fine.set_unknowns(grid_sequencing.interpolate(coarse, unknowns(coarse, field(nodes(coarse))), fine))
     error = np.abs(fine.u.x.array.reshape(-1, 3) - field(nodes(fine))).max(axis=1)
     exact = comm.allreduce(np.count_nonzero(error[: fine.map.owned // 3] < 1e-12))
@@ -57,7 +51,10 @@ def test_a_nested_start_leads_to_the_same_state_of_a_stack_with_hoops(comm, load
     parts = [GasPressure(load), Hoops(), EndPlates(support="clamped", bar=True)]
     balloon = Balloon(lobed_cylinder(2, (16, 12), comm=comm), TensionField(slack_stiffness=1e-4), parts)
     said = []
-    found, direct = inflate(balloon, 5.0, nested=True, progress=said.append), inflate(balloon, 5.0)
+    found, direct = (
+        inflate(balloon, 5.0, nested=True, options=NewtonOptions(nest_above=0), progress=said.append),
+        inflate(balloon, 5.0),
+    )
     assert ["on 8x6" in line for line in said] == [True, False]
     assert found.steps == direct.steps
     assert found.volume == pytest.approx(direct.volume, rel=1e-9)
@@ -68,8 +65,10 @@ def test_a_nested_start_leads_to_the_same_state_of_a_stack_with_hoops(comm, load
 def test_what_has_no_coarser_mesh_starts_as_it_is(comm):
     surface = lobed_cylinder(1, (8, 9), comm=comm)
     held = [Fixed(rim) for rim in ("rim_bottom", "rim_top")]
-    assert grid_sequencing.coarser_balloon(Balloon(surface, Isotropic(), held)) is None
-    assert inflate(Balloon(surface, Isotropic(), held), 5.0, nested=True).converged
+    assert grid_sequencing.coarser_balloon(Balloon(surface, Isotropic(), held), above=0) is None
+    assert inflate(
+        Balloon(surface, Isotropic(), held), 5.0, nested=True, options=NewtonOptions(nest_above=0)
+    ).converged
 
 
 def test_where_the_coarse_start_leads_nowhere_the_reference_shape_does(comm, monkeypatch):
@@ -80,7 +79,13 @@ def test_where_the_coarse_start_leads_nowhere_the_reference_shape_does(comm, mon
 
     monkeypatch.setattr("lobefem.equilibrium.inflation.interpolate", astray)
     said = []
-    found = inflate(balloon, 5.0, nested=True, options=NewtonOptions(max_iterations=12), progress=said.append)
+    found = inflate(
+        balloon,
+        5.0,
+        nested=True,
+        options=NewtonOptions(max_iterations=12, nest_above=0),
+        progress=said.append,
+    )
     assert found.converged
     assert len(said) == 3
 
@@ -91,4 +96,6 @@ def test_film_bound_to_its_mesh_has_no_coarser_one():
     layers = ufl.conditional(ufl.gt(ufl.SpatialCoordinate(surface.mesh)[2], 1.0), 2.0, 1.0)
     for given in ({"layers": layers}, {"film": Isotropic(E=surface.by_region({"lobe_1": 1e9}))}):
         film = given.pop("film", Isotropic())
-        assert grid_sequencing.coarser_balloon(Balloon(surface, film, [EndPlates()], **given)) is None
+        assert (
+            grid_sequencing.coarser_balloon(Balloon(surface, film, [EndPlates()], **given), above=0) is None
+        )
