@@ -68,6 +68,23 @@ def _state(plan: Design, given: str | None) -> str:
     return given or ("inflated" if plan.is_pumpkin else "ideal")
 
 
+def _meshes() -> Any:
+    import lobefem.app.mesh_study_command
+
+    return lobefem.app.mesh_study_command
+
+
+def _request(context: typer.Context, wanted: bool, meshes: str | None, tolerance: str | None) -> Any:
+    """The mesh study that options ask for, None without one."""
+    pairs = parsing.divisions("--meshes", meshes)
+    share = None if tolerance is None else parsing.share("--tolerance", tolerance)
+    if pairs is not None and not (wanted or share):
+        raise InputError("--meshes are those of a mesh study; add --mesh-study")
+    if pairs is not None and context.params["divisions"] is not None:
+        raise InputError("--divisions are those of the coarsest mesh and --meshes those of all; give one")
+    return _meshes().Request(pairs, share) if wanted or share else None
+
+
 def _examples(*lines: str) -> str:
     return "Examples:\n\n" + "\n\n".join(f"[bold]{line}[/bold]" for line in lines)
 
@@ -130,6 +147,9 @@ def modes(
     count: options.Count = "8",
     mass: options.Mass = "unit",
     harmonics: options.Harmonics = None,
+    mesh_study: options.MeshStudy = False,
+    meshes: options.Meshes = None,
+    tolerance: options.Tolerance = None,
     petsc: options.Petsc = None,
 ) -> None:
     """Find the lowest buckling modes at each pressure; a negative real part means unstable."""
@@ -137,17 +157,21 @@ def modes(
     parsing.one_of("--state", state or "ideal", ("ideal", "inflated"))
     parsing.one_of("--mass", mass, ("unit", "nodal"))
     chosen = parsing.integers("--harmonics", harmonics)
-    run_task(
-        context,
-        lambda plan, **run: _of(plan, _tasks).modes(
-            plan, state=_state(plan, state), count=number, mass=mass, harmonics=chosen, **run
-        ),
-    )
+    request = _request(context, mesh_study, meshes, tolerance)
+
+    def study(plan: Design, **run: Any) -> Outcome:
+        asked = {"state": _state(plan, state), "count": number, "mass": mass, "harmonics": chosen, **run}
+        if request is not None:
+            return _meshes().modes_on_meshes(plan, request, **asked)  # type: ignore[no-any-return]
+        return _of(plan, _tasks).modes(plan, **asked)  # type: ignore[no-any-return]
+
+    run_task(context, study)
 
 
 @app.command(
     epilog=_examples(
         "lobefem critical meshes/stack4.toml --film tension-field --state inflated --load closed",
+        "lobefem critical meshes/stack4.toml --film tension-field --state inflated --mesh-study",
         "lobefem critical meshes/single.toml --mesh-study --out run",
         "lobefem critical meshes/single.toml --divisions 32x48 --harmonic 3 --json -",
         "lobefem critical meshes/pumpkin.toml --up-to '2 kPa' --out run",
@@ -164,34 +188,38 @@ def critical(
     pressure: options.SearchPressure = None,
     mesh_study: options.MeshStudy = False,
     meshes: options.Meshes = None,
+    tolerance: options.Tolerance = None,
     petsc: options.Petsc = None,
 ) -> None:
     """Find the pressure at which the balloon becomes unstable.
 
-    Repeat on a finer mesh (--divisions). For the ideal state --mesh-study does so and reports the trend.
+    With --mesh-study it is found on finer and finer meshes and has an error bar.
     """
     parsing.no_pressure("critical", pressure)
     number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
     parsing.one_of("--state", state or "ideal", ("ideal", "inflated"))
     highest = None if limit is None else parsing.pressure("--limit", limit)
-    pairs = parsing.divisions("--meshes", meshes)
-    if mesh_study:
-        given = context.params["divisions"]
-        if number is not None or (state or "ideal") != "ideal" or highest is not None or given is not None:
-            raise InputError(
-                "--mesh-study looks at all harmonics of the ideal state on meshes of its own; leave out "
-                "--harmonic, --state, --limit and --divisions"
-            )
-        run_task(context, lambda plan, **run: _studies().mesh_study(plan, divisions=pairs, **run))
-        return
-    if pairs is not None:
-        raise InputError("--meshes are those of a mesh study; add --mesh-study")
-    run_task(
-        context,
-        lambda plan, **run: _of(plan, _studies).critical(
-            plan, state=_state(plan, state), harmonic=number, limit=highest, **run
-        ),
-    )
+    request = _request(context, mesh_study, meshes, tolerance)
+
+    def study(plan: Design, **run: Any) -> Outcome:
+        asked = {"state": _state(plan, state), "harmonic": number, "limit": highest, **run}
+        if request is not None and asked["state"] == "ideal":
+            if number is not None or highest is not None or context.params["divisions"] is not None:
+                raise InputError(
+                    "--mesh-study of the ideal state looks at all harmonics on meshes of its own; leave out "
+                    "--harmonic, --limit and --divisions, or add --state inflated"
+                )
+            if request.tolerance is not None:
+                raise InputError(
+                    "--tolerance refines the search along inflated states; add --state inflated, or use "
+                    "--mesh-study"
+                )
+            return _studies().mesh_study(plan, divisions=request.meshes, **run)  # type: ignore[no-any-return]
+        if request is not None:
+            return _meshes().critical_on_meshes(plan, request, **asked)  # type: ignore[no-any-return]
+        return _of(plan, _studies).critical(plan, **asked)  # type: ignore[no-any-return]
+
+    run_task(context, study)
 
 
 @app.command(

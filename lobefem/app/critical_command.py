@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 from lobefem.app import advice
-from lobefem.app.states_command import FIELDS, Outcome, borne, check_state, failure, summary
+from lobefem.app.states_command import FIELDS, UNCHECKED, Outcome, borne, check_state, failure, summary
 from lobefem.equilibrium.state import Equilibrium, ideal_state
 from lobefem.errors import InputError, SolveError
 from lobefem.io.design import Design
@@ -47,6 +47,7 @@ def critical(
     state: str = "ideal",
     harmonic: int | None = None,
     limit: float | None = None,
+    near: float | None = None,
     comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
@@ -58,6 +59,7 @@ def critical(
         state: "ideal" or "inflated".
         harmonic: look among modes of this circumferential harmonic only; of the ideal state.
         limit: pressure at which a search along inflated states gives up [Pa].
+        near: a pressure near the answer, of a coarser mesh for example, at which that search begins [Pa].
         comm: MPI communicator (default: all ranks).
         progress: called with a line of text now and then.
         folder: where to keep the stable states of a path, and to go on from.
@@ -66,14 +68,14 @@ def critical(
         InputError: an option that does not go with the state, or an ideal state asked of a cylinder.
     """
     check_state(state, design)
-    results = summary("critical", design) | {"state": state}
+    results = summary("critical", design) | {"state": state} | UNCHECKED
     outcome = Outcome(results)
     if design.film.law == "fixed-wrinkles":
         results["warnings"].append(FIXED_WRINKLES)
     if state == "inflated":
         if harmonic is not None:
             raise InputError("--harmonic looks at the ideal state; leave it out with --state inflated")
-        _along_path(outcome, design, LIMIT if limit is None else limit, comm, progress, folder)
+        _along_path(outcome, design, LIMIT if limit is None else limit, near, comm, progress, folder)
         return outcome
     if limit is not None:
         raise InputError("--limit is for the search along inflated states; add --state inflated")
@@ -133,6 +135,7 @@ def _along_path(
     outcome: Outcome,
     design: Design,
     limit: float,
+    near: float | None,
     comm: Comm,
     progress: Progress | None,
     folder: RunFolder | None,
@@ -159,6 +162,7 @@ def _along_path(
             balloon,
             start=min(100.0, limit / 20),
             limit=limit,
+            near=near,
             resume=None if folder is None else folder.kept(balloon),
             keep=keep,
             progress=plain(progress),
@@ -380,6 +384,8 @@ def mesh_study(
         "published": study.published,
         "published_around": study.published_around,
         "verdict": list(study.verdict),
+        "mesh_error": _number(study.lowest.error),
+        "mesh_behaviour": study.lowest.behaviour,
     }
     outcome.figures["mesh_study.png"] = lambda: _study_figure(study)
     return outcome

@@ -69,6 +69,7 @@ __all__ = [
     "SweepFile",
     "SweepFolder",
     "TipDisplacement",
+    "Tolerance",
     "Twist",
     "Verbose",
     "Wave",
@@ -324,10 +325,14 @@ Limit = Annotated[
 
 MeshStudy = Annotated[
     bool,
-    _flag("--mesh-study", "Repeat on finer meshes and report whether the pressure converges.", _RUN),
+    _flag("--mesh-study", "Repeat on finer meshes: a limit with an error bar, if there is one.", _RUN),
 ]
 
 Meshes = Annotated[Text, _option("--meshes", "LIST", "Meshes of the study, e.g. 18x24,24x32,36x48.", _RUN)]
+
+Tolerance = Annotated[
+    Text, _option("--tolerance", "SHARE", "Refine the mesh until the error bar is this small, e.g. 2%.", _RUN)
+]
 
 Petsc = Annotated[
     Text, _option("--petsc", "OPTIONS", "PETSc options, e.g. '-lobefem_inflate_snes_monitor'.", "For experts")

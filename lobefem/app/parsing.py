@@ -22,6 +22,7 @@ __all__ = [
     "positive",
     "pressure",
     "settings",
+    "share",
 ]
 
 
@@ -69,6 +70,18 @@ def positive(name: str, text: str) -> float:
         value = float("nan")
     if not 0 < value < float("inf"):
         raise InputError(f"{name}: {text!r} is no positive number; give one such as 0.1")
+    return value
+
+
+def share(name: str, text: str) -> float:
+    """A share between 0 and 1 from "2%" or "0.02"."""
+    number = text.strip()
+    try:
+        value = float(number.removesuffix("%")) / (100 if number.endswith("%") else 1)
+    except ValueError:
+        value = float("nan")
+    if not 0 < value < 1:
+        raise InputError(f"{name}: {text!r} is no share of the answer; give one such as 2% or 0.02")
     return value
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from lobefem.app import advice
 from lobefem.app.critical_command import reached
-from lobefem.app.states_command import Outcome, borne, check_state, failure, mode_data, summary
+from lobefem.app.states_command import UNCHECKED, Outcome, borne, check_state, failure, mode_data, summary
 from lobefem.equilibrium.full_model import spread_state
 from lobefem.equilibrium.inflation import inflate as find_equilibrium
 from lobefem.equilibrium.state import Equilibrium
@@ -100,7 +100,7 @@ def modes(
     check_state(state, design)
     looked_at = _chosen(design, harmonics, "--harmonics")
     pressures = design.pressure.value
-    results = _summary("modes", design, looked_at) | {"mass": mass, "pressures": []}
+    results = _summary("modes", design, looked_at) | {"mass": mass, "pressures": []} | UNCHECKED
     outcome, gore = Outcome(results), _Gore(design, comm)
     previous: Equilibrium | None = None
     for number, pressure in enumerate(pressures, 1):
@@ -196,7 +196,7 @@ def critical(
     check_state(state, design)
     only = None if harmonic is None else (harmonic,)
     looked_at = _chosen(design, only, "--harmonic")
-    results = _summary("critical", design, looked_at) | {"only_harmonic": harmonic}
+    results = _summary("critical", design, looked_at) | {"only_harmonic": harmonic} | UNCHECKED
     start = None if not near else 0.6 * near
     return _searched(results, design, looked_at, limit, True, comm, progress, folder, start)
 

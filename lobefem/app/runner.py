@@ -145,7 +145,8 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
                 try:
                     with profiling.stage("output"):
                         snapshots = [*outcome.snapshots, *(make() for make in outcome.later)]
-                        folder.save(design.to_toml(), outcome.results, snapshots, outcome.figures)
+                        made = outcome.design or design
+                        folder.save(made.to_toml(), outcome.results, snapshots, outcome.figures)
                         if given["report"]:
                             from lobefem.viz.report import write_report
 

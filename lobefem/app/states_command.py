@@ -30,6 +30,7 @@ __all__ = [
     "FIELDS",
     "SCHEMA",
     "STATES",
+    "UNCHECKED",
     "Outcome",
     "borne",
     "check_state",
@@ -43,6 +44,8 @@ __all__ = [
 SCHEMA = 1  # of the results; a change that a reader must know of raises it
 
 STATES = ("ideal", "inflated")
+
+UNCHECKED = {"mesh_error": None, "mesh_behaviour": None}  # of results on one mesh
 
 FIELDS = ("tension-field", "imp")  # laws with the tension field's stress
 
@@ -66,6 +69,7 @@ class Outcome:
         figures: by file name, what draws each of them, for rank 0.
         later: what makes further snapshots, such as all gores of one, called where they are written.
             Collective.
+        design: the one that the snapshots are of, None where it is the one that was asked for.
     """
 
     results: dict[str, Any]
@@ -73,6 +77,7 @@ class Outcome:
     error: SolveError | None = None
     figures: dict[str, Callable[[], Any]] = field(default_factory=dict)
     later: list[Callable[[], Snapshot]] = field(default_factory=list)
+    design: Design | None = None
 
 
 def inflate(
@@ -170,7 +175,7 @@ def modes(
     from lobefem.stability.modes import find_modes  # slow to import: inflate does without
 
     check_state(state, design)
-    results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []}
+    results = summary("modes", design) | {"state": state, "mass": mass, "pressures": []} | UNCHECKED
     if design.film.law == "fixed-wrinkles":
         results["warnings"].append(FIXED_WRINKLES)
     if state == "ideal":

@@ -153,7 +153,7 @@ def _modes_table(results: dict[str, Any]) -> Any:
         stress = entry.get("max_stress")
         said = () if stress is None else ("", "", "film up to", scaled(stress, "Pa"))
         table.add_row("", "", verdict, *said, end_section=True)
-    return table
+    return _group(table, *_meshes_tables(results))
 
 
 def _critical_table(results: dict[str, Any]) -> Any:
@@ -169,22 +169,45 @@ def _critical_table(results: dict[str, Any]) -> Any:
     for name, own in results.get("sides", {}).items():
         said = "none" if own is None else pascals(own)
         table.add_row(f"{name}: {said}", *rest)
-    if "max_stress" not in results:
-        return table
+    keys = ("max_stress", "max_strain", "hoop_tension", "bar_force")
+    quantities = [q for q in _QUANTITIES if q[0] in keys]
+    borne = [_quantities(results, quantities)] if "max_stress" in results else []
+    return _group(table, *borne, *_meshes_tables(results))
+
+
+def _meshes_tables(results: dict[str, Any]) -> list[Any]:
+    """The table of a mesh study's answers, if there was one."""
+    rows = results.get("meshes")
+    if not rows:
+        return []
+    unit = "Pa/m" if results.get("mass") != "nodal" else "N/m"
+    pressures = [f"lowest at {pascals(e['pressure'])} [{unit}]" for e in results.get("pressures") or ()]
+    critical = "critical_pressure" in rows[0]
+    table = _table("mesh", *(("critical pressure", "harmonic", "kind") if critical else pressures))
+    for row in rows:
+        mesh = "x".join(map(str, row["divisions"])) if row["divisions"] else f"{row['size']:.3g} m"
+        if critical:
+            found = row["critical_pressure"]
+            words = ["none" if found is None else pascals(found)]
+            words += ["" if row[key] is None else str(row[key]) for key in ("harmonic", "kind")]
+        else:
+            words = [f"{value:.4g}" for value in row["lowest"]]
+        table.add_row(mesh, *words)
+    return [table]
+
+
+def _group(*tables: Any) -> Any:
     from rich.console import Group
 
-    keys = ("max_stress", "max_strain", "hoop_tension", "bar_force")
-    return Group(table, _quantities(results, [q for q in _QUANTITIES if q[0] in keys]))
+    return tables[0] if len(tables) == 1 else Group(*tables)
 
 
 def _study_table(results: dict[str, Any]) -> Any:
-    from rich.console import Group
-
     table = _table("mesh", "pressure", "harmonic")
     for row in results["meshes"]:
         mesh = "x".join(map(str, row["divisions"]))
         table.add_row(mesh, pascals(row["critical_pressure"]), str(row["harmonic"]))
-    return Group(table, *(f"- {sentence}" for sentence in results["verdict"]))
+    return _group(table, *(f"- {sentence}" for sentence in verdict(results)))
 
 
 def _gores_table(results: dict[str, Any]) -> Any:

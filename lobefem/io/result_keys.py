@@ -117,6 +117,36 @@ _HARMONIC: Entry = ("", "harmonic n of the critical mode; null without one")
 
 _BOUNDS: Entry = ("Pa", "lower and upper bound; tension-field film only")
 
+_ERROR: dict[str, Entry] = {
+    "mesh_error": (
+        "",
+        "half of the error bar that a mesh study found, relative; null where the mesh was not checked or "
+        "there is no limit; of modes the largest of all pressures",
+    ),
+    "mesh_behaviour": (
+        "",
+        "converges, falls (no limit) or open (the meshes do not tell); null where the mesh was not checked",
+    ),
+}
+
+
+def _limit(at: str, unit: str, what: str) -> dict[str, Entry]:
+    return {
+        f"{at}mesh_limit": (
+            unit,
+            f"{what} in the limit of fine meshes; null without one",
+        ),
+        f"{at}mesh_order": ("", "order of convergence, or of the fall; null where none is found"),
+        f"{at}mesh_asymptotic": ("", "true if the finest three meshes follow one law, order 0.5 to 2.5"),
+    }
+
+
+_MESHES: dict[str, Entry] = {
+    "mesh_tolerance": ("", "value of --tolerance; null without; this and the following of mesh studies only"),
+    "meshes[].divisions": ("", "cells along a lobe and around; null on an unstructured mesh"),
+    "meshes[].size": ("m", "size of the cells of an unstructured mesh; null otherwise"),
+}
+
 COMMANDS: dict[str, dict[str, Entry]] = {
     "inflate": {
         "pressure": ("Pa", "gas pressure; if the solve failed, that of the last converged state"),
@@ -156,6 +186,12 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "pressures[].by_harmonic[].lowest": ("Pa/m", "its lowest eigenvalue; in N/m with nodal mass"),
         "state": ("", "ideal or inflated"),
         "mass": ("", "unit or nodal"),
+        **_ERROR,
+        **_MESHES,
+        "meshes[].lowest": ("Pa/m", "lowest eigenvalue at each pressure; in N/m with nodal mass"),
+        "pressures[].mesh_error": ("", "the same at this pressure"),
+        "pressures[].mesh_behaviour": ("", "the same at this pressure"),
+        **_limit("pressures[].", "Pa/m", "lowest eigenvalue"),
         "pressures[].pressure": ("Pa", "gas pressure; one record for each, in the order given"),
         **_modes("pressures[].modes", "lowest first"),
         "pressures[].stable": ("", "true if all real parts are positive, without those of rigid rotations"),
@@ -205,8 +241,15 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "state": ("", "ideal or inflated"),
         "critical_pressure": (
             "Pa",
-            "pressure at which the balloon becomes unstable; null without one, see reason",
+            "pressure at which the balloon becomes unstable; null without one, see reason; of a mesh study "
+            "that on the finest mesh",
         ),
+        **_ERROR,
+        **_limit("", "Pa", "critical pressure"),
+        **_MESHES,
+        "meshes[].critical_pressure": ("Pa", "critical pressure on that mesh; null without one"),
+        "meshes[].harmonic": _HARMONIC,
+        "meshes[].kind": ("", "kind of the critical mode"),
         "harmonic": _HARMONIC,
         "only_harmonic": ("", "value of --harmonic; null if all harmonics were searched; ideal state only"),
         "kind": ("", "kind of the critical mode: sway, twist, global or local"),
@@ -256,6 +299,7 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "chart[].upper_bound": ("Pa", "upper bound, from the mean of both tangents; tension-field film only"),
     },
     "mesh-study": {
+        **_ERROR,
         "meshes[].divisions": ("", "cells along a lobe and around"),
         "meshes[].critical_pressure": ("Pa", "lowest critical pressure on that mesh"),
         "meshes[].harmonic": ("", "harmonic of that pressure"),

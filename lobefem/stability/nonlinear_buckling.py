@@ -38,6 +38,10 @@ __all__ = ["CriticalPoint", "critical_point", "jumped", "load_share", "rayleigh"
 # or a share that the mesh breaks the symmetry by
 _LIMIT_POINT = 1e-2
 
+# shares of a pressure that is thought to be critical at which a stable state is looked for in turn, and the
+# first step from it
+_BELOW, _FIRST_STEP = (0.97, 0.9, 0.75, 0.5, 0.25), 0.06
+
 
 @dataclass(frozen=True, repr=False)
 class CriticalPoint(Summarized):
@@ -82,6 +86,7 @@ def critical_point(
     *,
     limit: float,
     start: float = 1.0,
+    near: float | None = None,
     state: StateKind = "inflated",
     rtol: float = 1e-3,
     growth: float = 1.3,
@@ -108,6 +113,9 @@ def critical_point(
             outside.
         start: pressure of the first state [Pa]; a balloon that is unstable there is looked for at a tenth of
             it, a hundredth and a thousandth.
+        near: a pressure near which stability is lost [Pa], of a coarser mesh for example. The path then
+            begins at a stable state just below it, if there is one, which is several times quicker than from
+            `start`; that the balloon is stable all the way there is taken for granted.
         state: "inflated" or "ideal".
         rtol: relative width of the bracket.
         growth: factor from pressure to pressure, above 1.
@@ -130,22 +138,18 @@ def critical_point(
         )
     if not growth > 1 or not 0 < rtol < 1:
         raise InputError(f"growth = {growth} must be above 1 and rtol = {rtol} between 0 and 1")
+    if near is not None and not (math.isfinite(near) and near / start > 0):
+        raise InputError(f"near = {near} Pa must be a pressure of the sign of start = {start:g} Pa")
     notes: Mapping[str, Any] = {} if resume is None else resume.notes
     path = _Path(balloon, state, rtol, progress, notes.get("visited", ()))
-    if resume is not None:
-        start = resume.pressure
-    low = path.modes(_state(balloon, state, start, resume, progress))
-    for _ in range(3 if resume is None else 0):
-        if low.stable:
-            break
-        start /= 10
-        path.visited = ()
-        low = path.modes(_state(balloon, state, start, None, progress))
-    if not low.stable:
-        raise InputError(
-            f"the balloon is unstable already at {start:g} Pa (lambda = {low[0].value.real:.3g}): there "
-            "is no stable state to start from; look at its modes there"
-        )
+    found: Modes | None = None
+    if near is not None and resume is None:
+        near = min(near, limit, key=abs)
+        found, high = path.below(near)
+        if found is not None and high is not None:
+            return path.crossing(found, high)
+        notes = notes if found is None else {"step": _FIRST_STEP * abs(near)}
+    low = _stable_start(path, start, resume) if found is None else found
     step, smooth = float(notes.get("step", math.inf)), bool(notes.get("smooth", True))
     while low.state.pressure != limit:
         if keep is not None:
@@ -167,6 +171,25 @@ def critical_point(
     return CriticalPoint(
         math.inf, None, None, None, low.state, (p, math.inf), path.visited, balloon.surface.divisions
     )
+
+
+def _stable_start(path: _Path, start: float, resume: Checkpoint | None) -> Modes:
+    """The modes of the first state of a path, at a lower pressure where there is none stable. Collective."""
+    if resume is not None:
+        start = resume.pressure
+    low = path.modes(_state(path.balloon, path.state, start, resume, path.progress))
+    for _ in range(3 if resume is None else 0):
+        if low.stable:
+            break
+        start /= 10
+        path.visited = ()
+        low = path.modes(_state(path.balloon, path.state, start, None, path.progress))
+    if not low.stable:
+        raise InputError(
+            f"the balloon is unstable already at {start:g} Pa (lambda = {low[0].value.real:.3g}): there "
+            "is no stable state to start from; look at its modes there"
+        )
+    return low
 
 
 class _Path:
@@ -191,6 +214,30 @@ class _Path:
         if self.progress is not None:
             self.progress(f"{state.pressure:.6g} Pa: lowest lambda {modes[0].value.real:.4g}")
         return modes
+
+    def below(self, near: float) -> tuple[Modes | None, Modes | None]:
+        """Modes of a stable state below a pressure, and of an unstable one between, if any. Collective."""
+        high = None
+        # beyond a limit point a state is found all right, but not on this path
+        lower = self._direct(_BELOW[-1] * near) if self.state == "inflated" else None
+        for share in _BELOW:
+            try:
+                state = self._direct(share * near)
+            except ConvergenceError:
+                continue
+            if lower is not None and jumped(lower, state):
+                continue
+            modes = self.modes(state)
+            if modes.stable:
+                return modes, high
+            high = modes
+        return None, None
+
+    def _direct(self, pressure: float) -> Equilibrium:
+        """The state at a pressure, from no other on this mesh. Collective."""
+        if self.state == "ideal":
+            return ideal_state(self.balloon, pressure)
+        return inflate(self.balloon, pressure, nested=True, progress=self.progress)
 
     def advance(self, low: Modes, target: float) -> Modes | None:
         """The modes at a pressure, one step on; None if the path does not lead there. Collective."""

@@ -45,8 +45,9 @@ class Trend:
 
     Attributes:
         values: one a mesh, from coarse to fine.
-        behaviour: "converges" (the finest mesh is within a quarter of the limit), "falls" (there is no
-            limit, or none above a tenth of the finest mesh's value) or "open" (the meshes do not tell).
+        behaviour: "converges" (the finest mesh is within a quarter of the limit), "falls" (no limit is in
+            sight: v = C h^q describes the meshes as well, with an order of 0.5 or more, or the limit is
+            below a tenth of the finest mesh's value) or "open" (the meshes do not tell).
         limit: of v = limit + C h^q through the finest three meshes, or the finest value where they swing
             about it; 0 where it falls, nan where it is open.
         order: q of that fit, or of v = C h^q where it falls; nan where there is none.
@@ -105,15 +106,21 @@ def trend(
         if len(v) > 3:
             error = max(error, uncertainty)
         return Trend(all_values, "converges", limit, order, uncertainty, error / abs(limit), asymptotic)
-    if (np.diff(v) < 0).all() and _falls(v, order, max(limit, wide_limit), signed):
-        slope = math.nan if signed else float(np.polyfit(np.log(sizes), np.log(v), 1)[0])
-        return Trend(all_values, "falls", math.nan if signed else 0.0, slope)
+    if (np.diff(v) >= 0).any():
+        return Trend(all_values, "open")
+    if signed:
+        return Trend(all_values, "falls" if order < _STALLED else "open")
+    slope, strays = _power(sizes, v)
+    if max(limit, wide_limit) < _FALLEN * v[-1] or (strays < _MISFIT and slope >= _LOWEST):
+        return Trend(all_values, "falls", 0.0, slope)
     return Trend(all_values, "open")
 
 
-def _falls(v: Array, order: float, limit: float, signed: bool) -> bool:
-    """True if values that go down do so without a limit."""
-    return order < _STALLED if signed else limit < _FALLEN * float(v[-1])
+def _power(h: Array, v: Array) -> tuple[float, float]:
+    """Order of v = C h^q, which has no limit, by least squares, and the relative misfit."""
+    x, y = np.log(h), np.log(v)
+    slope, start = np.polyfit(x, y, 1)
+    return float(slope), float(np.linalg.norm(y - start - slope * x))
 
 
 def _fit(h: Array, v: Array) -> tuple[float, float, float]:

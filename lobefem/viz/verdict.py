@@ -11,7 +11,7 @@ from lobefem.typing import Unchecked
 from lobefem.units import pascals, scaled
 from lobefem.viz import pumpkin_verdict
 
-__all__ = ["FIXED_WRINKLES", "KINK", "motion", "verdict"]
+__all__ = ["FIXED_WRINKLES", "KINK", "motion", "percent", "verdict"]
 
 Results = Mapping[str, Any]
 
@@ -92,17 +92,62 @@ def _divisions(results: Results) -> tuple[int, int] | None:
 
 
 def _on_mesh(results: Results) -> list[str]:
-    """A sentence on the mesh dependence of a pressure."""
+    """Sentences on the mesh dependence of a pressure or an eigenvalue: checked or not, and how far."""
+    said = []
     if results.get("film") == "fixed-wrinkles":
-        return [f"{FIXED_WRINKLES[:1].upper()}{FIXED_WRINKLES[1:]}."]
+        said.append(f"{FIXED_WRINKLES[:1].upper()}{FIXED_WRINKLES[1:]}.")
+    if results.get("mesh_behaviour") is not None:
+        return [_checked(results), *said]
     mesh = _divisions(results)
-    study = results.get("film") == "isotropic" and results.get("state") != "inflated"
-    study = (study or "gores" in results) and results.get("command") != "modes"
-    other = " or use --mesh-study" if study else ""
     if mesh is None:
-        return ["This result may depend on the mesh. Repeat with a finer one."]
+        return ["Mesh: not checked. Repeat with a finer one.", *said]
     finer = "x".join(str(2 * math.ceil(0.75 * n)) for n in mesh)
-    return [f"This result may depend on the mesh. Repeat with --divisions {finer}{other}."]
+    way = f"Repeat with --divisions {finer}" if results.get("command") == "harmonics" else "Add --mesh-study"
+    bounds = results.get("command") == "critical" and "sides" in results  # no study takes them
+    way = "For a study of the mesh use --state inflated" if bounds else f"{way} for an error bar"
+    return [f"Mesh: not checked ({mesh[0]} x {mesh[1]} divisions). {way}.", *said]
+
+
+def percent(share: float) -> str:
+    """A relative error as a percentage of two digits, never less than 0.01 %."""
+    return f"{max(100 * share, 0.01):.2g} %"
+
+
+def _checked(results: Results) -> str:
+    """A sentence on what several meshes show."""
+    rows = _meshes(results)
+    error: Any = results.get("mesh_error")
+    meshes = f"{len(rows)} meshes" if rows else "several meshes"
+    finest = f", the finest of {_mesh_name(rows[-1])}" if rows else ""
+    if results.get("mesh_behaviour") == "falls":
+        end = "no limit in sight, so do not use any of these numbers for design"
+        return f"Mesh: checked on {meshes}{finest}: {end}."
+    if not _is_pressure(error):
+        pressures = [row.get("critical_pressure") for row in rows if "critical_pressure" in row]
+        if rows and pressures == [None] * len(rows):
+            return f"Mesh: checked, the same on {meshes}{finest}."
+        return f"Mesh: checked on {meshes}{finest}, which do not show a limit. Give finer --meshes."
+    judged = [results, *_entries(results)]  # of modes each pressure by itself
+    law = all(entry.get("mesh_asymptotic", True) for entry in judged)
+    doubt = "" if law else "; they do not follow one law of convergence yet, so the bar is a wide one"
+    limit: Any = results.get("mesh_limit")
+    # of pumpkins the first sentence has the pressure on the finest mesh
+    told = f"{pascals(limit)} " if "gores" in results and _is_pressure(limit) else ""
+    return f"Mesh: checked, {told}± {percent(error)} ({meshes}{finest}{doubt})."
+
+
+def _meshes(results: Results) -> list[Mapping[str, Any]]:
+    rows = results.get("meshes")
+    return [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list) else []
+
+
+def _mesh_name(row: Mapping[str, Any]) -> str:
+    mesh = _divisions(row)
+    return f"{mesh[0]} x {mesh[1]} divisions" if mesh else f"size {row.get('size')} m"
+
+
+def _listed(words: list[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
 
 
 def _inflate(results: Results) -> list[str]:
@@ -150,15 +195,22 @@ def _critical(results: Results) -> list[str]:
         on_mesh = _on_mesh(results) if results.get("film") != "fixed-wrinkles" else []
         first = f"{reason[:1].upper()}{reason[1:]}."
         return [*_breaks(results), first, *_bears(results), *on_mesh, *_assumed(results)]
+    if results.get("mesh_behaviour") in ("falls", "open"):
+        first = _not_converged(results)
+        return [*_breaks(results), first, *_bears(results), *_on_mesh(results), *_assumed(results)]
+    limit: Any = results.get("mesh_limit")
+    quoted = pascals(pressure)
+    if _is_pressure(limit) and _is_pressure(results.get("mesh_error")):
+        quoted = f"{pascals(limit)} ± {percent(results['mesh_error'])}"
     where = _looked_at(results)
     moves = motion(_kind(results), results.get("harmonic"), results.get("lobes"))
     if results.get("point") == "limit point":
         first = (
-            f"Stable{where} up to {pascals(pressure)}. That is a limit point: above it there is no "
+            f"Stable{where} up to {quoted}. That is a limit point: above it there is no "
             f"equilibrium nearby, and {moves}."
         )
     else:
-        first = f"Stable{where} up to {pascals(pressure)}. Above that {moves}."
+        first = f"Stable{where} up to {quoted}. Above that {moves}."
     bounds = results.get("bounds")
     if isinstance(bounds, (list, tuple)) and len(bounds) == 2 and _is_pressure(bounds[0]):
         upper = _is_pressure(bounds[1])
@@ -166,6 +218,26 @@ def _critical(results: Results) -> list[str]:
         rest = "Between them" if upper else "Above that"
         first = f"Stable{where} below {pascals(bounds[0])}, {end}. {rest} {_NO_ANSWER}."
     return [*_breaks(results), first, *_bears(results), *_on_mesh(results), *_assumed(results)]
+
+
+def _not_converged(results: Results) -> str:
+    """A sentence on a critical pressure without a limit under mesh refinement, or without one yet."""
+    rows = _meshes(results)
+    found = _listed([_or_none(row.get("critical_pressure")) for row in rows])
+    on = _listed([_mesh_name(row).removesuffix(" divisions") for row in rows])
+    falls = results.get("mesh_behaviour") == "falls"
+    why = "it falls as the mesh is refined, with no limit in sight" if falls else "it has not converged"
+    seams = ""
+    if results.get("hoops") is None and isinstance(results.get("lobes"), int) and results["lobes"] > 1:
+        seams = " Only film holds the seams, in a band one cell wide: give the balloon hoops."
+    return (
+        f"There is no critical pressure to quote{'' if falls else ' yet'}: {why} ({found} on {on} "
+        f"divisions).{seams}"
+    )
+
+
+def _or_none(pressure: Any) -> str:
+    return pascals(pressure) if _is_pressure(pressure) else "none"
 
 
 def _breaks(results: Results) -> list[str]:
@@ -247,16 +319,13 @@ def _kind(results: Results) -> str:
 
 def _study(results: Results) -> list[str]:
     found = results.get("verdict")
-    return [str(sentence) for sentence in found] if isinstance(found, list) else []
+    said = [str(sentence) for sentence in found] if isinstance(found, list) else []
+    return [*said, _checked(results)] if results.get("mesh_behaviour") else said
 
 
 # --- single pressures ---------------------------------------------------------------------------
 def _modes(results: Results) -> list[str]:
-    entries = results.get("pressures")
-    known = (
-        [e for e in entries if isinstance(e, Mapping) and "stable" in e] if isinstance(entries, list) else []
-    )
-    known = [entry for entry in known if _is_pressure(entry.get("pressure"))]
+    known = _entries(results)
     stable = ", ".join(pascals(entry["pressure"]) for entry in known if entry["stable"])
     said = [f"Stable at {stable}."] if stable else []
     for entry in known:
@@ -271,9 +340,42 @@ def _modes(results: Results) -> list[str]:
             lowest = own[0] if own and isinstance(own[0], Mapping) else {}
             moves = motion(lowest.get("kind"), lowest.get("harmonic"), results.get("lobes"))
             said.append(f"Unstable at {pascals(entry['pressure'])}: {moves}.")
+    said += _eigenvalue_bars(known, results)
     if said:
         highest = max(known, key=lambda entry: entry["pressure"])
         said += [*_flutter(known), *_bears({**results, **highest}), *_on_mesh(results), *_assumed(results)]
+    return said
+
+
+def _entries(results: Results) -> list[Mapping[str, Any]]:
+    """The records of single pressures in the results of modes."""
+    entries = results.get("pressures")
+    known = [e for e in entries if isinstance(e, Mapping)] if isinstance(entries, list) else []
+    return [e for e in known if "stable" in e and _is_pressure(e.get("pressure"))]
+
+
+def _eigenvalue_bars(entries: list[Mapping[str, Any]], results: Results) -> list[str]:
+    """A sentence for each pressure on its lowest eigenvalue under mesh refinement."""
+    said, unit = [], "N/m" if results.get("mass") == "nodal" else "Pa/m"
+    rows = [row["lowest"] for row in _meshes(results) if isinstance(row.get("lowest"), list)]
+    for k, entry in enumerate(entries):
+        limit: Any = entry.get("mesh_limit")
+        error: Any = entry.get("mesh_error")
+        at = pascals(entry["pressure"])
+        values = [row[k] for row in rows if k < len(row) and _is_pressure(row[k])]
+        if not values or entry.get("mesh_behaviour") is None:
+            continue
+        path = _listed([f"{value:.4g}" for value in values])
+        if min(values) <= 0 < max(values):
+            said.append(
+                f"At {at} the answer depends on the mesh: the lowest eigenvalue is {path} {unit} from coarse "
+                "to fine."
+            )
+        elif _is_pressure(limit) and _is_pressure(error):
+            said.append(f"Lowest eigenvalue at {at}: {limit:.4g} {unit} ± {percent(error)}.")
+        else:
+            falls = " It falls, with no limit in sight." if entry["mesh_behaviour"] == "falls" else ""
+            said.append(f"Lowest eigenvalue at {at} from coarse to fine: {path} {unit}.{falls}")
     return said
 
 

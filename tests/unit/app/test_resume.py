@@ -17,6 +17,7 @@ from lobefem.io.run_folder import RunFolder
 ROOT = Path(__file__).parents[3]
 SINGLE, CYLINDER = (str(ROOT / "meshes" / name) for name in ("single.toml", "cylinder.toml"))
 MODES = ("modes", SINGLE, "--divisions", "4x8", "--count", "2", "--pressure", "50", "--pressure", "100")
+STUDY = ("--mesh-study", "--meshes", "4x8,6x12,8x16")
 TENSION = ("--film", "tension-field", "--support", "fixed")
 
 alone = pytest.mark.serial  # starts processes, which ranks of an MPI run must not
@@ -61,6 +62,8 @@ def plain(results):
         (1, (*MODES, "--state", "inflated")),
         (3, ("critical", SINGLE, "--divisions", "4x8", "--state", "inflated", "--limit", "50")),
         (2, ("critical", SINGLE, "--mesh-study", "--meshes", "4x12,6x16,8x20")),
+        (2, ("critical", SINGLE, *STUDY, "--state", "inflated", "--limit", "50")),
+        (2, ("modes", SINGLE, *STUDY, "--count", "2", "--pressure", "5", "--pressure", "6")),
         (2, ("harmonics", SINGLE, "--divisions", "4x12", *TENSION)),
     ],
 )

@@ -31,6 +31,8 @@ RUNS = [
     ("critical", SINGLE, "--divisions", "4x8", *TENSION, "--set", "film.strength=1e8"),
     ("critical", SINGLE, "--divisions", "4x8", "--state", "inflated", "--limit", "10"),
     ("critical", SINGLE, "--mesh-study", "--meshes", "4x12,4x14,4x16"),
+    ("critical", SINGLE, "--mesh-study", "--meshes", "4x8,6x12,8x16", "--state", "inflated", "--limit", "10"),
+    ("modes", SINGLE, "--mesh-study", "--meshes", "4x8,6x12,8x16", "--count", "1", "--pressure", "5"),
     ("harmonics", SINGLE, "--divisions", "4x8", *TENSION),
     ("sensitivities", PUMPKIN, "--divisions", "8x2", "--set", "shape.gores=96", "--harmonic", "4"),
     ("perturb", STACK, "--divisions", "4x6", "--lobes", "2", "--film", "tension-field", "--load", "closed",

@@ -303,6 +303,29 @@ def test_turns_that_a_pinned_support_leaves_are_no_loss_of_stability(comm):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("share", [0.9, 0.99, 1.02, 1.2])
+def test_a_search_near_the_answer_finds_the_one_from_far_below(comm, share):
+    """Above the steep roof's bifurcation states are unstable, so that the search begins further down."""
+    height = 2.0
+    exact = roof_pressure(brentq(sideways_stiffness, 0.6 * height, height, args=(height,)), height)
+    found = critical_point(pyramid(comm, height), start=0.1 * exact, limit=2 * exact, near=share * exact)
+    assert found.pressure == pytest.approx(exact, rel=1e-5)
+    assert found.point == "bifurcation"
+    stable, unstable = found.bracket
+    assert stable > exact > unstable
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.95, 1.01, 1.3])
+def test_a_search_near_a_limit_point_does_not_begin_beyond_it(comm, share):
+    """Above its limit point a shallow roof has another, snapped state, which is stable."""
+    height = 0.15
+    exact = roof_pressure(height / np.sqrt(3), height)
+    found = critical_point(pyramid(comm, height), start=0.1 * exact, limit=2 * exact, near=share * exact)
+    assert found.point == "limit point"
+    assert found.pressure == pytest.approx(exact, rel=1e-4)
+
+
 def test_paths_refuse_what_they_cannot_do(comm):
     free = pyramid(comm, 0.15)
     with pytest.raises(InputError, match=r"^state 'flat' is unknown; use 'ideal' or 'inflated'$"):
@@ -325,6 +348,8 @@ def test_paths_refuse_what_they_cannot_do(comm):
             critical_point(free, start=start, limit=limit)
     with pytest.raises(InputError, match=r"growth = 1\.0 must be above 1"):
         critical_point(free, limit=2.0, growth=1.0)
+    with pytest.raises(InputError, match=r"near = -1\.0 Pa must be a pressure of the sign of start = 1 Pa"):
+        critical_point(free, limit=2.0, near=-1.0)
     snap = roof_pressure(2 / np.sqrt(3), 2.0)
     # unstable there, and at a tenth of it not
     low = critical_point(pyramid(comm, 2.0), start=0.999 * snap, limit=2 * snap)

@@ -63,16 +63,96 @@ def test_the_first_sentence(results, said):
 
 
 @pytest.mark.parametrize(
-    ("film", "said"),
+    ("results", "said"),
     [
-        ("fixed-wrinkles", "depends on the mesh and goes to zero as it is refined: do not use it for design"),
-        ("isotropic", "may depend on the mesh. Repeat with --divisions 36x48 or use --mesh-study."),
-        ("tension-field", "may depend on the mesh. Repeat with --divisions 36x48."),
+        ({"film": "isotropic"}, "Mesh: not checked (24 x 32 divisions). Add --mesh-study for an error bar."),
+        ({"film": "fixed-wrinkles"}, "Mesh: not checked (24 x 32 divisions). Add --mesh-study for an error"),
+        ({"divisions": None}, "Mesh: not checked. Repeat with a finer one."),
+        ({"command": "harmonics"}, "Mesh: not checked (24 x 32 divisions). Repeat with --divisions 36x48"),
+        (
+            {"sides": {}, "state": "ideal"},
+            "not checked (24 x 32 divisions). For a study of the mesh use --state",
+        ),
     ],
 )
-def test_mesh_dependence_is_said(film, said):
-    (_, whose) = verdict({"command": "critical", **FOUND, "film": film})
-    assert said in whose
+def test_a_mesh_that_was_not_checked_is_named(results, said):
+    sentences = verdict({"command": "critical", **FOUND, **results})
+    assert sentences[1].startswith(said) or said in sentences[1]
+    wrinkles = [sentence for sentence in sentences if "goes to zero as it is refined" in sentence]
+    assert len(wrinkles) == (results.get("film") == "fixed-wrinkles")
+
+
+MESHES = [
+    {"divisions": [n, n], "critical_pressure": p} for n, p in ((12, 2700.0), (18, 2460.0), (28, 2350.0))
+]
+CONVERGES = {"mesh_behaviour": "converges", "mesh_limit": 2275.6}
+
+
+@pytest.mark.parametrize(
+    ("study", "said", "mesh"),
+    [
+        (
+            CONVERGES | {"mesh_error": 0.0376, "mesh_asymptotic": True},
+            "Stable up to 2276 Pa ± 3.8 %. Above that the film buckles locally (7 waves around).",
+            "Mesh: checked, ± 3.8 % (3 meshes, the finest of 28 x 28 divisions).",
+        ),
+        (
+            CONVERGES | {"mesh_error": 1e-6, "mesh_asymptotic": False},
+            "Stable up to 2276 Pa ± 0.01 %.",
+            "Mesh: checked, ± 0.01 % (3 meshes, the finest of 28 x 28 divisions; they do not follow one law",
+        ),
+        (
+            {"mesh_behaviour": "falls", "mesh_error": None, "mesh_limit": 0.0},
+            "There is no critical pressure to quote: it falls as the mesh is refined, with no limit in "
+            "sight (2700 Pa, 2460 Pa and 2350 Pa on 12 x 12, 18 x 18 and 28 x 28 divisions).",
+            "Mesh: checked on 3 meshes, the finest of 28 x 28 divisions: no limit in sight, so do not",
+        ),
+        (
+            {"mesh_behaviour": "open", "mesh_error": None, "mesh_limit": None},
+            "There is no critical pressure to quote yet: it has not converged (2700 Pa, 2460 Pa and 2350 Pa",
+            "Mesh: checked on 3 meshes, the finest of 28 x 28 divisions, which do not show a limit.",
+        ),
+    ],
+)
+def test_a_mesh_study_gives_the_answer_its_error_bar(study, said, mesh):
+    found = {"command": "critical", **FOUND, "film": "tension-field"}
+    first, *rest = verdict(found | {"meshes": MESHES} | study)
+    assert first.startswith(said)
+    assert any(sentence.startswith(mesh) for sentence in rest)
+
+
+def test_seams_without_hoops_are_named_where_there_is_no_limit():
+    results = {"command": "critical", **FOUND, "film": "tension-field", "mesh_behaviour": "falls"}
+    first = verdict(results | {"meshes": MESHES, "lobes": 3, "hoops": None})[0]
+    assert first.endswith("Only film holds the seams, in a band one cell wide: give the balloon hoops.")
+    assert "hoops" not in verdict(results | {"meshes": MESHES, "lobes": 3, "hoops": 2e9})[0]
+
+
+def test_no_instability_on_any_mesh_is_said():
+    rows = [row | {"critical_pressure": None} for row in MESHES]
+    results = {"command": "critical", "critical_pressure": None, "reason": "no instability found",
+               "meshes": rows, "mesh_behaviour": "open", "mesh_error": None}  # fmt: skip
+    assert "Mesh: checked, the same on 3 meshes, the finest of 28 x 28 divisions." in verdict(results)
+
+
+def test_eigenvalues_have_their_error_bars():
+    entry = {"pressure": 500.0, "stable": True, "modes": [], "mesh_asymptotic": True}
+    rows = [{"divisions": [n, n], "lowest": [v]} for n, v in ((12, 1.2), (18, 1.1), (28, 1.05))]
+    results = {"command": "modes", "mesh_behaviour": "converges", "mesh_error": 0.04, "meshes": rows}
+    bar = entry | {"mesh_behaviour": "converges", "mesh_error": 0.04, "mesh_limit": 1.02}
+    sentences = verdict(results | {"pressures": [bar]})
+    assert sentences[0] == "Stable at 500 Pa."
+    assert sentences[1] == "Lowest eigenvalue at 500 Pa: 1.02 Pa/m ± 4 %."
+    assert "Mesh: checked, ± 4 % (3 meshes, the finest of 28 x 28 divisions)." in sentences
+    rows[2]["lowest"] = [-0.3]
+    (said,) = [s for s in verdict(results | {"pressures": [bar]}) if "depends on the mesh" in s]
+    assert said.endswith("the lowest eigenvalue is 1.2, 1.1 and -0.3 Pa/m from coarse to fine.")
+    falls = entry | {"mesh_behaviour": "falls", "mesh_error": None, "mesh_limit": None}
+    rows[2]["lowest"] = [0.9]
+    assert (
+        "1.2, 1.1 and 0.9 Pa/m. It falls, with no limit in sight."
+        in verdict(results | {"pressures": [falls]})[1]
+    )
 
 
 def test_pressures_of_modes():
@@ -80,7 +160,7 @@ def test_pressures_of_modes():
     high = {"pressure": 2000.0, "stable": False, "modes": [{"kind": "sway", "harmonic": 1}]}
     results = {"command": "modes", "pressures": [low, low | {"pressure": 1000.0}, high], **MESH}
     said = ["Stable at 500 Pa, 1000 Pa.", "Unstable at 2000 Pa: the stack sways sideways."]
-    mesh = "This result may depend on the mesh. Repeat with --divisions 36x48."
+    mesh = "Mesh: not checked (24 x 32 divisions). Add --mesh-study for an error bar."
     assert verdict(results | {"lobes": 3}) == [*said, mesh]
     undecided = low | {"pressure": 700.0, "stable": False, "verdict": "undecided"}
     assert verdict(results | {"pressures": [undecided]})[0] == (
@@ -88,7 +168,7 @@ def test_pressures_of_modes():
         "model gives no answer in this shape; use --state inflated."
     )
     warned = results | {"film": "fixed-wrinkles", "warnings": [FIXED_WRINKLES]}
-    assert verdict(warned) == [said[0], "Unstable at 2000 Pa: the balloon sways sideways."]
+    assert verdict(warned) == [said[0], "Unstable at 2000 Pa: the balloon sways sideways.", mesh]
     assert verdict(warned | {"warnings": []})[-1].startswith("With fixed wrinkles the critical pressure")
 
 
