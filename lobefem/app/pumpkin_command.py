@@ -27,6 +27,11 @@ def results(design: Design, state: Equilibrium) -> dict[str, Any]:
         "stations": found.stations.tolist(),
         "tendon_tension": found.tendon_tension.tolist(),
         "bulge_half_angle": found.bulge_half_angle.tolist(),
+        "bulge_radius": found.bulge_radius.tolist(),
+        "meridional_resultant": found.resultants[:, 0].tolist(),
+        "hoop_resultant": found.resultants[:, 1].tolist(),
+        "meridional_strain": found.strains[:, 0].tolist(),
+        "hoop_strain": found.strains[:, 1].tolist(),
         "mass": masses(design, state.balloon),
         "lift": gradient * state.volume if gradient else None,
     }

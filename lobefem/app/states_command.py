@@ -127,7 +127,7 @@ def inflate(
         outcome.error, state = error, error.state
     if state is not None:
         outcome.results |= {key: getattr(state, key) for key in _EQUILIBRIUM} | borne(state)
-        outcome.results["reference_volume"] = balloon.reference_volume
+        outcome.results["reference_volume"] = balloon.surface.copies * balloon.reference_volume
         outcome.snapshots.append(Snapshot(balloon, state.pressure, state))
         if design.is_pumpkin:
             outcome.results |= pumpkin_command.results(design, state)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lobefem.equilibrium.state import Equilibrium
+from lobefem.fem.functionals import strains, true_resultants
 from lobefem.frozen import Frozen
 from lobefem.typing import Array
 
@@ -28,6 +29,9 @@ class PumpkinMeasures(Frozen):
         stations: arc length along the drawn tendon from the bottom, over the whole.
         tendon_tension: in the tendon there [N].
         bulge_half_angle: half angle of the arc through both tendons and the gore's middle there [rad].
+        bulge_radius: radius of that arc [m].
+        resultants: mean true (N_m, N_h) of a layer across the gore there (stations, 2) [N/m].
+        strains: mean (E_m, E_h) across the gore there, of Green and Lagrange (stations, 2).
         max_stress: largest principal true stress of a cell [Pa], see `Equilibrium.max_stress`.
     """
 
@@ -37,6 +41,9 @@ class PumpkinMeasures(Frozen):
     stations: Array
     tendon_tension: Array
     bulge_half_angle: Array
+    bulge_radius: Array
+    resultants: Array
+    strains: Array
     max_stress: float
 
 
@@ -47,6 +54,7 @@ def measure(state: Equilibrium) -> PumpkinMeasures:
         state: of a balloon on a surface that a `lobefem.geometry.pumpkin.PumpkinRecipe` has made, with
             tendons.
     """
+    state.restore()
     balloon = state.balloon
     recipe = balloon.surface.recipe
     grid, order = recipe.grid, recipe.order
@@ -64,13 +72,19 @@ def measure(state: Equilibrium) -> PumpkinMeasures:
     stretch = np.linalg.norm(np.diff(edge, axis=0), axis=1) / np.linalg.norm(np.diff(before, axis=0), axis=1)
     stretch = stretch / (1 - cable.foreshortening)
     tension = cable.EA * np.maximum((stretch**2 - 1) / 2, 0.0) * stretch
+    angle = _half_angles(x)
+    chord = np.linalg.norm(x[:, -1] - x[:, 0], axis=1) / 2
+    across = _across(balloon, true_resultants(balloon), strains(balloon))
     return PumpkinMeasures(
         diameter=2 * _peak(r.max(axis=1)),
         tendon_diameter=2 * _peak(r[:, 0]),
         height=float(x[-1, :, 2].mean() - x[0, :, 2].mean()),
         stations=middle / recipe.gore.curve.arc_length,
         tendon_tension=tension,
-        bulge_half_angle=np.interp(middle, s, _half_angles(x)),
+        bulge_half_angle=np.interp(middle, s, angle),
+        bulge_radius=np.interp(middle, s, chord / np.sin(angle)),
+        resultants=across[:, :2],
+        strains=across[:, 3:5],
         max_stress=state.max_stress().value,
     )
 
@@ -87,6 +101,20 @@ def _displacements(balloon: Balloon, displacement: Array, places: Array) -> Arra
         sums[here, :3], sums[here, 3] = displacement[node[here]], 1.0
     sums = balloon.comm.allreduce(sums)
     return np.asarray(sums[:, :3] / sums[:, 3:])
+
+
+def _across(balloon: Balloon, *fields: Any) -> Array:
+    """Means over each row of the first gore's cells of fields of three components (rows, 3 n). Collective."""
+    recipe = balloon.surface.recipe
+    rows = recipe.grid.cells.min(axis=1) // (recipe.grid.columns * recipe.order)
+    own = balloon.mesh.topology.index_map(2).size_local
+    cells = np.asarray(balloon.mesh.topology.original_cell_index)[:own]
+    first = cells < len(rows)
+    values = np.hstack([field.x.array.reshape(-1, 3)[:own][first] for field in fields])
+    sums = np.zeros((int(rows.max()) + 1, values.shape[1] + 1))
+    np.add.at(sums, rows[cells[first]], np.column_stack([values, np.ones(len(values))]))
+    sums = balloon.comm.allreduce(sums)
+    return np.asarray(sums[:, :-1] / sums[:, -1:])
 
 
 def _peak(values: Array) -> float:

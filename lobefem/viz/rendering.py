@@ -14,7 +14,7 @@ from lobefem.stability.mode_records import Modes
 from lobefem.viz.film_mesh import facing, gather
 from lobefem.viz.mode_figures import chosen_modes, drawn_amplitude
 
-__all__ = ["can_render", "render_modes"]
+__all__ = ["can_render", "quiet", "render_modes"]
 
 _PROBE = """
 import pyvista
@@ -70,7 +70,7 @@ def render_modes(
     count = film_mesh.faces.shape[1]
     faces = np.column_stack([np.full(len(film_mesh.faces), count), film_mesh.faces]).ravel()
     centre = (film_mesh.x.max(axis=0) + film_mesh.x.min(axis=0)) / 2
-    with _quiet():
+    with quiet():
         plotter = pyvista.Plotter(
             off_screen=True, shape=(1, len(picked)), window_size=list(pixels), border=False
         )
@@ -125,7 +125,7 @@ def render_modes(
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """VTK tells of every X server that it does not find before it draws without one."""
     from vtkmodules.vtkCommonCore import vtkLogger
 

@@ -11,6 +11,7 @@ from lobefem.io.run_reader import Run
 from lobefem.log import logger
 from lobefem.viz import (
     pumpkin_charts,
+    pumpkin_pictures,
     report_charts,
     report_maps,
     report_pictures,
@@ -152,7 +153,9 @@ def part(run: Run, name: str, room: int, pictures: int) -> Part:
     makers = (report_tables.pressures, report_tables.modes, report_tables.sweep, report_tables.sensitivities)
     tables = [made("Results", make) for make in makers]
     trends = made("Mesh study", report_tables.trends) or []
-    maps = made("Stress and wrinkles", report_maps.stress_maps) or []
+    of_stress = report_maps.stress_maps if own is None else _gore_maps
+    maps = made("Stress and wrinkles", of_stress) or []
+    portrait = made("Shape", _portrait) if own is not None else None
     taut = made("Stress and wrinkles", report_maps.taut_everywhere)
     convergence = made("Convergence", report_tables.convergence) or []
     answer = made("Answer", lambda run: headline(run.results))
@@ -185,7 +188,28 @@ def part(run: Run, name: str, room: int, pictures: int) -> Part:
         scene,
         drawn,
         left,
+        portrait,
     )
+
+
+def _portrait(run: Run) -> Picture | None:
+    """All gores of a pumpkin at the last pressure."""
+    if not run.steps:
+        return None
+    step = run.steps[-1]
+    title = f"All {run.results['gores']} gores at {report_pictures.pressure_name(step)}"
+    alt = f"{title}, with their tendons, from the side."
+    return Picture(title, alt, report_pictures.png(pumpkin_pictures.side_view(run, step)))
+
+
+def _gore_maps(run: Run) -> list[Picture]:
+    """Stress and the state of the film over one gore at the last pressure."""
+    if not run.steps or "stress_resultants" not in run.steps[-1].cells:
+        return []
+    step = run.steps[-1]
+    title = f"One gore at {report_pictures.pressure_name(step)}: stress resultants and state of the film"
+    alt = f"{title}, over its width and length."
+    return [Picture(title, alt, report_pictures.png(pumpkin_pictures.gore_map(run, step)), wide=True)]
 
 
 def _faults(run: Run) -> list[str]:

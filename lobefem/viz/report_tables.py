@@ -75,7 +75,8 @@ _CONVERGENCE = ("converged", "iterations", "residual", "relative_residual", "ste
 _ELSEWHERE = {
     "schema", "command", "title", "version", "versions", "warnings", "profile", "film", "load", "support",
     "bar", "hoops", "lobes", "divisions", "unit", "reaction_unit", "pressures", "verdict", "visited", "rows",
-    "lowest", "low_harmonics", "shown",
+    "lowest", "low_harmonics", "shown", "stations", "tendon_tension", "bulge_half_angle", "bulge_radius",
+    "meridional_resultant", "hoop_resultant", "meridional_strain", "hoop_strain",
 }  # fmt: skip
 
 _MESHES = {

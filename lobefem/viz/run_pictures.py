@@ -24,7 +24,7 @@ from lobefem.io.run_reader import Run, Step, load_run
 from lobefem.outcomes import UNKNOWN
 from lobefem.typing import Array
 from lobefem.units import pascals
-from lobefem.viz import mode_figures, pumpkin_modes
+from lobefem.viz import mode_figures, pumpkin_modes, pumpkin_pictures
 from lobefem.viz.film_mesh import FilmMesh, facing, film_mesh
 from lobefem.viz.frames import Frames, load_frames
 from lobefem.viz.study_figures import curves
@@ -126,10 +126,10 @@ def picture(
         raise InputError(f"--mode is of modes, not of {what}; leave it out")
     if pressure is not None and what in ("curves", "release"):
         raise InputError(f"{what} are of all pressures; leave --pressure out")
-    if "gores" in run.results and what not in ("modes", "curves"):
+    if "gores" in run.results and what == "stress" and not pumpkin_pictures.is_inflated_pumpkin(run):
         raise InputError(
-            f"lobefem plot draws no {what} of pumpkins yet; open '{run.path}/fields.xdmf' in ParaView, or "
-            "use lobefem report"
+            f"lobefem plot draws the stress of pumpkins that lobefem inflate has found; open "
+            f"'{run.path}/fields.xdmf' in ParaView, or use lobefem report"
         )
     holds = held(run)
     if what not in holds:
@@ -138,6 +138,8 @@ def picture(
         instead = f"it holds {', '.join(holds)}" if holds else "nor anything else to draw"
         raise InputError(f"'{run.path}' holds no {what}; {instead}")
     with _fitting(run):
+        if what == "curves" and run.results.get("stations"):
+            return Picture(lambda: pumpkin_pictures.station_curves(run, width))
         if what == "curves":
             return Picture(lambda: curves(run, width))
         if what == "release":
@@ -151,6 +153,9 @@ def picture(
                 there = ", ".join(f"{run.steps[k].pressure:g}" for k in with_modes)
                 raise InputError(f"'{run.path}' holds no modes at {pressure:g} Pa; it does at {there} Pa")
             return _modes(run, step, modes, width)
+        if "gores" in run.results:
+            of_gores = pumpkin_pictures.gore_map if what == "stress" else pumpkin_pictures.portrait
+            return Picture(lambda: of_gores(run, run.steps[step], width))
         draw = _stress if what == "stress" else _state
         return draw(run, step, pressure, width)
 
@@ -176,7 +181,9 @@ def held(run: Run) -> tuple[str, ...]:
         and results.get("command") in ("modes", "critical", *(("harmonics",) if "gores" in results else ())),
         "stress": any("stress_resultants" in step.cells for step in run.steps),
         "state": any("displacement" in step.nodal for step in run.steps),
-        "curves": any(results.get(key) for key in ("branches", "visited", "chart", "meshes", "history"))
+        "curves": any(
+            results.get(key) for key in ("branches", "visited", "chart", "meshes", "history", "stations")
+        )
         or ("gores" in results and results.get("command") == "modes"),
         "release": bool(results.get("history")) and (run.path / "frames" / "mesh.npz").is_file(),
     }
