@@ -410,11 +410,14 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
     from lobefem.app import sweep_command as runs
     from lobefem.app.sweep_command import parameter_chart
     from lobefem.files import replace, replacing, to_json
+    from lobefem.viz.sweep_map import draw_map, sweep_map
 
     found = runs.results(study, rows)
     text = to_json(found)
+    cells = sweep_map(found)
     with replacing(out / "sweep.png") as stream:
-        parameter_chart(study, rows).savefig(stream, format="png")
+        figure = parameter_chart(study, rows) if cells is None else draw_map(cells)
+        figure.savefig(stream, format="png")
     replace(out / "table.csv", runs.as_csv(study, rows))
     replace(out / "results.json", text)
     for warning in found["warnings"]:

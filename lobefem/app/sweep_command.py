@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
@@ -257,6 +258,7 @@ def results(study: Study, rows: Sequence[Row]) -> dict[str, Any]:
         "of": study.command,
         "version": __version__,
         "varied": study.varied,
+        "design_pressure": _design_pressure(study),
         "rows": [asdict(row) for row in rows],
         "failed": failed,
         "warnings": [
@@ -264,6 +266,13 @@ def results(study: Study, rows: Sequence[Row]) -> dict[str, Any]:
             *dict.fromkeys(warning for row in rows for warning in row.warnings),
         ],
     }
+
+
+def _design_pressure(study: Study) -> float | None:
+    """The pressure of all points' designs [Pa]; None where they have several."""
+    values = {str(p.design): tomllib.loads(p.design)["pressure"]["value"] for p in study.points if p.design}
+    found = {one for value in values.values() for one in (value if isinstance(value, list) else [value])}
+    return float(found.pop()) if len(found) == 1 else None
 
 
 def as_csv(study: Study, rows: Sequence[Row]) -> str:

@@ -407,6 +407,7 @@ COMMANDS: dict[str, dict[str, Entry]] = {
     "sweep": {
         "of": ("", "command of each point"),
         "varied": ("", "keys of the design and options that are varied"),
+        "design_pressure": ("Pa", "pressure of the designs of all points; null if they have several"),
         "rows[].values.*": ("", "values of these at the point"),
         "rows[].folder": ("", "run folder of the point, relative to that of the sweep"),
         "rows[].exit_code": ("", "exit code of its process"),

@@ -158,7 +158,7 @@ def critical_pressures(
             path starts lower, at a sixtieth at last; where there is none, higher.
         growth: largest factor from pressure to pressure, above 1.
         rtol: to which share of itself a critical pressure is found.
-        first: end the path where stability has been lost first.
+        first: end the path where stability has been lost first, or where no state of it is stable.
         comm: the ranks that share the work; all by default.
         known: eigenvalues of an earlier run by pressure and harmonic, which are not computed again.
         keep: called on all ranks with each state and all eigenvalues so far.

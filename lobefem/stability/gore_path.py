@@ -35,6 +35,8 @@ Keep = Callable[[Equilibrium, Eigenvalues], None]
 # shares of the start pressure at which a first state is looked for, and then a stable one
 _HIGHER, _LOWER = (2.0, 4.0, 8.0), (0.25, 0.06, 0.015)
 
+_PATIENCE = 3  # states that are ever more unstable, after which none that is stable is expected
+
 _MOST = 60  # evaluations between two states; a bisection takes about 15
 
 
@@ -175,7 +177,8 @@ class GorePath:
 
         Args:
             growth: largest factor from pressure to pressure.
-            first: stop where stability has been lost for the first time.
+            first: stop where stability has been lost for the first time, or where there never was any and
+                there is ever less of it.
         """
         begin = self.points[0].state.pressure
         steps = max(math.ceil(math.log(self._up_to / begin) / math.log(growth)), 1)
@@ -190,9 +193,16 @@ class GorePath:
                 return f"no equilibrium found above {self.points[-1].state.pressure:.6g} Pa"
             self.add(state)
             before, here = self.points[-2:]
-            if first and min(before.values) > 0 >= min(here.values):
+            if first and (min(before.values) > 0 >= min(here.values) or self._hopeless()):
                 return None
         return None
+
+    def _hopeless(self) -> bool:
+        """True if no state was stable, and the last ones ever less so over their pressure."""
+        if len(self.points) <= _PATIENCE or any(min(one.values) > 0 for one in self.points):
+            return False
+        last = [min(one.values) / one.state.pressure for one in self.points[-_PATIENCE - 1 :]]
+        return all(b < a for a, b in pairwise(last))
 
     def look_between(self) -> None:
         """Add states where a harmonic's value, of one sign at three pressures, has another one between.
