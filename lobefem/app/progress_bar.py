@@ -43,7 +43,10 @@ class Clock:
             then, first = self._begin
             took, done = now - then, share - first
             if took >= _LEAST and (done >= _LITTLE or took >= _LONG):
-                self._end = now + took * (1 - share) / done
+                left = took * (1 - share) / done
+                if self._end is not None:  # parts are not equally long, and the clock must not jump
+                    left = (left + max(self._end - now, 0.0)) / 2
+                self._end = now + left
         self.share = share
 
     def left(self) -> str:

@@ -167,7 +167,7 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
                 if given["report"]:
                     print(f"The report is {printable(folder.path / 'report.html')}")
         sys.stdout.flush()
-        if profile is not None:
+        if profile is not None and not said["quiet"]:
             show_profile(profile.as_dict())
     if unsaved is not None:
         raise unsaved

@@ -17,7 +17,7 @@ __all__ = ["printable", "show", "show_findings", "show_profile", "show_rows"]
 
 
 def show(results: dict[str, Any]) -> None:
-    """Print results as a table on stdout."""
+    """Print results on stdout: the verdict, a table, and what to check."""
     # as wide as the table wants where no terminal sets a limit
     screen = console(sys.stdout, 120)
     table = {
@@ -29,11 +29,13 @@ def show(results: dict[str, Any]) -> None:
         "perturb": _perturb_table,
         "sensitivities": _sensitivities_table,
     }
+    first, *more = verdict(results) or [""]
+    if first:
+        screen.print(first, style="bold", markup=False, highlight=False, soft_wrap=True)
     screen.print(_caption(results))
     screen.print(table[results["command"]](results))
-    if results["command"] != "mesh-study":  # whose table ends with it
-        for sentence in verdict(results):
-            screen.print(sentence, markup=False, soft_wrap=True)
+    for sentence in more:
+        screen.print(sentence, markup=False, soft_wrap=True)
 
 
 def _caption(results: dict[str, Any]) -> str:
@@ -207,7 +209,7 @@ def _study_table(results: dict[str, Any]) -> Any:
     for row in results["meshes"]:
         mesh = "x".join(map(str, row["divisions"]))
         table.add_row(mesh, pascals(row["critical_pressure"]), str(row["harmonic"]))
-    return _group(table, *(f"- {sentence}" for sentence in verdict(results)))
+    return table
 
 
 def _gores_table(results: dict[str, Any]) -> Any:

@@ -110,6 +110,8 @@ def harmonics(run: Run, show: Show) -> Chart | None:
     if "gores" not in results or len(chart) < 2 or not finite(end):
         return None
     unit, factor = handy(end, "Pa")
+    if not any(row["critical_pressure"] for row in chart):
+        return None  # the answer says it
     lost = [(row["harmonic"], row["critical_pressure"]) for row in chart if row["critical_pressure"]]
     never = [row["harmonic"] for row in chart if row["critical_pressure"] is None]
     first: Any = results.get("critical_pressure")

@@ -39,7 +39,7 @@ FILE = "report.html"
 
 TABLES = "tables.json"  # what stands beside the runs in a folder of them: a title, and tables
 
-ROOM = 6_000_000  # bytes of a report for its 3D views
+ROOM = 8_000_000  # bytes of a report for its 3D views
 
 PICTURES = 24  # of modes in a report
 

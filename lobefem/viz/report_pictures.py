@@ -7,6 +7,7 @@ import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -14,11 +15,12 @@ from matplotlib.figure import Figure
 from lobefem.io.run_reader import Run, Step
 from lobefem.typing import Array
 from lobefem.units import pascals
+from lobefem.viz import pumpkin_modes
 from lobefem.viz.film_mesh import FilmMesh, facing, film_mesh
 from lobefem.viz.mode_figures import drawn_amplitude
 from lobefem.viz.report_tables import pairs, stored_modes, waves
 from lobefem.viz.style import MM, STYLE, UNITS
-from lobefem.viz.views import draw
+from lobefem.viz.views import Panel, draw
 
 __all__ = [
     "AMPLITUDE", "Picture", "drawn", "film_of", "mode_name", "mode_number", "mode_pictures", "order", "png",
@@ -30,6 +32,8 @@ PICTURES = 16  # of modes in a report
 AMPLITUDE = 0.09  # of a mode as drawn, over the diameter
 
 _DPI = 130
+
+_MANY = 8_000  # cells of which a picture takes a second
 
 
 @dataclass(frozen=True)
@@ -104,22 +108,30 @@ def mode_pictures(run: Run, most: int = PICTURES) -> tuple[list[Picture], int]:
     """
     chosen = [(s, numbers) for s in order(run) for numbers, _ in pairs(stored_modes(run, s))]
     pictures = []
+    most = most if len(run.corners) <= _MANY else min(most, 6)
     for s, numbers in chosen[:most]:
         k = numbers[0] - 1
         step, name = run.steps[s], mode_name(run, s, k)
         pair = " and ".join(str(mode_number(run, s, n - 1)) for n in numbers)
         title = f"Mode{'s' if numbers[1:] else ''} {pair} at {pressure_name(step)}: {name}"
         alt = f"{title}. Side view and top view of the deformed film over its dotted undeformed outline."
-        data = _mode_picture(run, step.nodal[f"mode_{k + 1}"], name)
+        data = _mode_picture(run, step, step.nodal[f"mode_{k + 1}"], name)
         pictures.append(Picture(title, alt, data, step=s, mode=k))
     return pictures, max(len(chosen) - most, 0)
 
 
-def _mode_picture(run: Run, mode: Array, name: str) -> str:
+def _panel(run: Run, film: FilmMesh, step: Step, mode: Array, name: str) -> Panel:
+    """A stack grey with its lines; a pumpkin, whose lines would be too many, coloured."""
+    if "gores" in run.results and mode.any():
+        state = film.x + step.nodal.get("displacement", np.zeros_like(film.x))
+        return pumpkin_modes.mode_panel("", name.split(",")[0], film, state, mode)
+    return Panel("", film.x + drawn(film, mode, name) * mode, facing(film, mode))
+
+
+def _mode_picture(run: Run, step: Step, mode: Array, name: str) -> str:
     film = film_of(run, mode)
-    e1, e2 = facing(film, mode)
-    scale = drawn(film, mode, name)
-    shape = film.x + scale * mode
+    panel = _panel(run, film, step, mode, name)
+    e1, e2 = panel.across
     reach, margin = film.diameter * (0.5 + 1.15 * AMPLITUDE), AMPLITUDE * film.diameter
     base = float((film.x @ film.axis).min())
     side = (film.height + 2 * margin) / (2 * reach)  # over the width of a view
@@ -136,7 +148,7 @@ def _mode_picture(run: Run, mode: Array, name: str) -> str:
         for place, (up, towards, limits) in zip(places, views, strict=True):
             axes = figure.add_axes(place)
             axes.set_axis_off()
-            draw(axes, film, shape, (e1, up, towards), 1)
+            draw(axes, film, panel.shape, (e1, up, towards), 1, panel.values, panel.scale)
             axes.set(xlim=(-reach, reach), ylim=limits, aspect="equal")
         return png(figure)
 

@@ -21,7 +21,7 @@ from lobefem.viz.report_tables import number, pairs, stored_modes
 
 __all__ = ["Scene", "scene"]
 
-_MOST = 120_000  # triangles that a browser turns with ease; beyond, midpoints of cells are left out
+_MOST = 100_000  # triangles that a browser turns with ease; beyond, midpoints of cells are left out
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ def scene(run: Run, room: int) -> Scene | None:
     """The 3D data of a run within a size in bytes; None without a shape."""
     if not len(run.triangles) or not run.steps:
         return None
+    run = _without_midpoints(run)
     film = film_of(run)
-    triangles, owners = _cut(run)
-    if len(triangles) > 2 * _MOST:
+    if len(run.triangles) > 4 * _MOST:
         return None
     gores = run.results.get("gores")
     gores = gores if isinstance(gores, int) and gores > 2 else 0
@@ -72,8 +72,8 @@ def scene(run: Run, room: int) -> Scene | None:
         "name": run.name,
         "copies": copies,
         "x": _pack(run.x, "<f4"),
-        "triangles": _pack(triangles, "<u4"),
-        "owners": _pack(owners, "<u4"),
+        "triangles": _pack(run.triangles, "<u4"),
+        "owners": _pack(run.owners, "<u4"),
         "plates": [_pack(loop, "<u4") for loop in (_ends if copies > 1 else _rims)(run, gores)],
         "lines": _structure(run, film, gores),
         "outline": [_pack(line, "<u4") for line in _outline(film)],
@@ -86,15 +86,19 @@ def scene(run: Run, room: int) -> Scene | None:
     steps: dict[int, int] = {}
     points: dict[int, int] = {}
     left_out = 0
-    for name, step, frame in _moments(run, frames):
+    made_up: list[tuple[dict[str, Any], int | None, int | None]] = []
+    # those of the highest pressures have room first
+    for name, step, frame in reversed(_moments(run, frames)):
         if step is not None:
             made = _state(run, film, name, step, farthest)
         else:
             made = _frame(name, frames.displacements[frame], farthest)  # type: ignore[union-attr, index]
         left -= sum(len(str(value)) for value in made.values())
-        if left < 0 and data["states"]:
+        if left < 0 and made_up:
             left_out += 1
-            continue
+        else:
+            made_up.append((made, step, frame))
+    for made, step, frame in reversed(made_up):
         if step is not None:
             steps[step] = len(data["states"])
         if frame is not None:
@@ -143,13 +147,19 @@ def _frames(run: Run) -> Frames | None:
     return replace(found, displacements=tuple(field[nodes] for field in found.displacements))
 
 
-def _cut(run: Run) -> tuple[Integers, Integers]:
-    """Triangles and their cells, without the midpoints of cells if there are too many."""
+def _without_midpoints(run: Run) -> Run:
+    """The run on corners of its cells alone, if it has too many triangles to be turned with ease."""
     if len(run.triangles) <= _MOST:
-        return run.triangles, run.owners
-    corners = run.corners
-    parts = [[0, 1, 2]] if corners.shape[1] == 3 else [[0, 1, 2], [0, 2, 3]]
-    return corners[:, parts].reshape(-1, 3), np.repeat(np.arange(len(corners)), len(parts))
+        return run
+    kept, corners = np.unique(run.corners, return_inverse=True)
+    corners = corners.reshape(run.corners.shape)
+    parts = [[0, 1, 2]] if run.corners.shape[1] == 3 else [[0, 1, 2], [0, 2, 3]]
+    steps = tuple(
+        replace(step, nodal={name: field[kept] for name, field in step.nodal.items()}) for step in run.steps
+    )
+    owners = np.repeat(np.arange(len(corners)), len(parts))
+    triangles = corners[:, parts].reshape(-1, 3)
+    return replace(run, x=run.x[kept], corners=corners, triangles=triangles, owners=owners, steps=steps)
 
 
 # --- one state -----------------------------------------------------------------------------------

@@ -49,6 +49,20 @@ def test_the_time_left_is_in_proportion_to_what_was_done_in_this_run():
 
 
 @pytest.mark.serial
+def test_the_time_left_does_not_jump():
+    """A part that takes longer than the ones before moves it by half of the way."""
+    now = 0.0
+    clock = Clock(lambda: now)
+    clock.tell(0.0)
+    now = 10.0
+    clock.tell(0.5)
+    assert clock.left() == "about 0:10 left"
+    now = 30.0
+    clock.tell(0.6)  # in proportion 20 s; at the pace of before it would have ended
+    assert clock.left() == "about 0:10 left"
+
+
+@pytest.mark.serial
 @pytest.mark.parametrize(
     ("seconds", "share", "said"),
     [
