@@ -465,7 +465,7 @@ app.command(
         "lobefem new --list", "lobefem new stack4 > mine.toml", "lobefem new superpressure --out mine"
     )
 )(reference.new)
-app.command(epilog=_examples("lobefem schema > design.schema.json"))(reference.schema)
+app.command(epilog=_examples("lobefem schema", "lobefem schema > design.schema.json"))(reference.schema)
 app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))(reference.report)
 app.command(epilog=_examples("lobefem export run --to csv", "lobefem export out/demo --to vtu"))(
     reference.export

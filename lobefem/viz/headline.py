@@ -10,7 +10,7 @@ from typing import Any
 from lobefem.outcomes import RIGID, UNDECIDED
 from lobefem.typing import Unchecked
 from lobefem.units import pascals, scaled
-from lobefem.viz.verdict import motion, verdict
+from lobefem.viz.verdict import motion, percent, verdict
 
 __all__ = ["Headline", "Mark", "headline"]
 
@@ -127,14 +127,18 @@ def _critical(results: Results) -> Headline | None:
         return _pumpkin(results, marks)
     if pressure == 0:
         return Headline(BAD, "Unstable", "at any pressure", _sentence(_moves(results)), marks, 0.0)
+    if _real(pressure) and results.get("mesh_behaviour") in ("falls", "open"):
+        return _without_limit(results, marks)
     if _real(pressure):
         tone = OPEN if _falls(results) else GOOD
+        limit: Any = results.get("mesh_limit")
+        pressure = limit if _real(limit) and _real(results.get("mesh_error")) else pressure
         text = _sentence(f"above that {_moves(results)}")
         return Headline(tone, "Stable up to", _number(pressure), text, marks, pressure)
-    limit: Any = results.get("limit")
-    if _real(limit):
+    end: Any = results.get("limit")
+    if _real(end):
         text = "That is where the search ended; a higher --limit looks further."
-        return Headline(GOOD, "No instability up to", _number(limit), text, marks)
+        return Headline(GOOD, "No instability up to", _number(end), text, marks)
     if results.get("reason"):
         return Headline(OPEN, "No critical pressure", "", _sentence(str(results["reason"])), marks)
     if "chart" in results:
@@ -164,6 +168,22 @@ def _pumpkin(results: Results, marks: tuple[Mark, ...]) -> Headline | None:
     return Headline(tone, "Stable up to", _number(pressure), f"{text}{below}{again}", marks, pressure)
 
 
+def _without_limit(results: Results, marks: tuple[Mark, ...]) -> Headline:
+    """Of a mesh study that found no limit above zero, or none yet."""
+    rows = [r for r in results.get("meshes") or [] if isinstance(r, Mapping)]
+    values = [r["critical_pressure"] for r in rows if _real(r.get("critical_pressure"))]
+    span = (
+        f"{_number(values[0])} to {_number(values[-1])} from the coarsest to the finest mesh."
+        if values
+        else ""
+    )
+    last = values[-1] if values else results["critical_pressure"]
+    if results["mesh_behaviour"] == "falls":
+        text = f"{span} There is no limit in sight: do not use it for design.".strip()
+        return Headline(BAD, "Falls with refinement", f"below {_number(last)}", text, marks, last)
+    return Headline(OPEN, "Not converged", _number(last), f"{span} Give finer --meshes.".strip(), marks, last)
+
+
 def _falls(results: Results) -> bool:
     return results.get("film") == "fixed-wrinkles" or results.get("mesh_behaviour") == "falls"
 
@@ -175,11 +195,13 @@ def _mesh(results: Results) -> tuple[Mark, ...]:
     error: Any = results.get("mesh_error")
     if _falls(results):
         return (Mark("Mesh", f"falls with refinement{f' ({on})' if on else ''}: not for design", BAD),)
+    rows = results.get("meshes")
+    meshes = f"{len(rows)} meshes" if isinstance(rows, list) and rows else "several meshes"
     if _real(error):
-        share = 100 * error if abs(error) <= 1 else None
-        text = f"± {share:.2g} %" if share is not None else f"± {pascals(error)}"
-        tone = GOOD if results.get("mesh_behaviour") in ("converges", None) else OPEN
-        return (Mark("Mesh", text, tone),)
+        sure = error < 0.05 and results.get("mesh_asymptotic", True)
+        return (Mark("Mesh", f"± {percent(error)}, by {meshes}", GOOD if sure else OPEN),)
+    if results.get("mesh_behaviour") is not None:
+        return (Mark("Mesh", f"{meshes} do not show a limit", OPEN),)
     return (Mark("Mesh", f"{on + ': ' if on else ''}not checked on a finer one", OPEN),)
 
 
