@@ -33,8 +33,12 @@ def test_a_number_that_depends_on_the_mesh_is_marked():
     found = headline(STACK | CRITICAL | {"film": "fixed-wrinkles"})
     assert found.tone == "open"
     assert marks(found)["Mesh"][1] == "bad"
-    found = headline(STACK | CRITICAL | {"mesh_error": 0.011, "mesh_behaviour": "converges"})
-    assert marks(found)["Mesh"] == ("± 1.1 %", "good")
+    checked = {"mesh_error": 0.011, "mesh_behaviour": "converges", "mesh_limit": 5450.0, "meshes": [{}] * 3}
+    found = headline(STACK | CRITICAL | checked)
+    assert (found.number, marks(found)["Mesh"]) == ("5450 Pa", ("± 1.1 %, by 3 meshes", "good"))
+    falling = {"mesh_behaviour": "falls", "meshes": [{"critical_pressure": p} for p in (278.6, 53.2)]}
+    found = headline(STACK | CRITICAL | falling)
+    assert (found.tone, found.word, found.number) == ("bad", "Falls with refinement", "below 53.2 Pa")
 
 
 def test_film_that_breaks_comes_first():
