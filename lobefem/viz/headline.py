@@ -200,6 +200,10 @@ def _mesh(results: Results) -> tuple[Mark, ...]:
     if _real(error):
         sure = error < 0.05 and results.get("mesh_asymptotic", True)
         return (Mark("Mesh", f"± {percent(error)}, by {meshes}", GOOD if sure else OPEN),)
+    if results.get("mesh_behaviour") is not None and isinstance(rows, list):
+        known = [r.get("critical_pressure") for r in rows if isinstance(r, Mapping)]
+        if "critical_pressure" in results and known == [None] * len(rows):
+            return (Mark("Mesh", f"the same on {meshes}", GOOD),)
     if results.get("mesh_behaviour") is not None:
         return (Mark("Mesh", f"{meshes} do not show a limit", OPEN),)
     return (Mark("Mesh", f"{on + ': ' if on else ''}not checked on a finer one", OPEN),)

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+from lobefem.stability.refinement import Trend, trend
+from lobefem.units import scaled
 from lobefem.viz.headline import Mark
-from lobefem.viz.report_charts import Chart
 from lobefem.viz.report_parameters import Point, parameter_chart, place, said
 from lobefem.viz.report_part import Part
 from lobefem.viz.report_provenance import flat
 from lobefem.viz.report_section import Section
 from lobefem.viz.report_tables import Table
+from lobefem.viz.verdict import percent
 
 __all__ = ["comparison", "with_meshes"]
+
+_FINE = 0.03  # an error bar or a change from mesh to mesh that most designs bear
 
 
 def comparison(parts: Sequence[Part]) -> Section | None:
@@ -37,7 +42,8 @@ def comparison(parts: Sequence[Part]) -> Section | None:
     ]
     alike = len({part.headline.about for part in parts if part.headline.value is not None}) == 1
     chart = parameter_chart(points, leading, parts[0].headline.about) if alike else None
-    sentences = [_trend(chart)] if chart is not None and leading == ["mesh.divisions"] else []
+    meshes = chart is not None and leading == ["mesh.divisions"]
+    sentences = _trend(parts, told) if meshes else []
     return Section("Comparison", "compare", sentences, [chart] if chart is not None else [], [table])
 
 
@@ -46,19 +52,18 @@ def with_meshes(parts: Sequence[Part]) -> list[Part]:
     told = [_settings(part) for part in parts]
     keys = list(dict.fromkeys(key for one in told for key in one))
     differing = [key for key in keys if len({repr(one.get(key)) for one in told}) > 1]
-    values = [
-        (place(one.get("mesh.divisions")), part.headline.value) for part, one in zip(parts, told, strict=True)
-    ]
-    if differing != ["mesh.divisions"] or any(at is None or not value for at, value in values):
-        return list(parts)
-    ordered = sorted(range(len(parts)), key=lambda k: values[k][0] or 0.0)
+    sizes, values, places = _ordered(parts, told)
     made = list(parts)
-    for coarse, fine in pairwise(ordered):
-        change = 100 * (values[fine][1] / values[coarse][1] - 1)  # type: ignore[operator]
+    if differing != ["mesh.divisions"] or len(places) < len(parts) or len(set(sizes)) < len(sizes):
+        return made
+    study = _judged(trend(sizes, values))
+    for k, (coarse, fine) in enumerate(pairwise(places), 1):
+        change = 100 * (values[k] / values[k - 1] - 1)
         text = f"{change:+.2g} % from {said(told[coarse]['mesh.divisions'])}".replace("-", "\N{MINUS SIGN}")
         head = made[fine].headline
         if any(mark.name == "Mesh" and mark.tone != "bad" for mark in head.marks):
-            mark = Mark("Mesh", text, "good" if abs(change) < 3 else "open")
+            mark = Mark("Mesh", text, "good" if abs(change) < 100 * _FINE else "open")
+            mark = study if study is not None and fine == places[-1] else mark
             marks = tuple(mark if one.name == "Mesh" else one for one in head.marks)
             made[fine] = replace(made[fine], headline=replace(head, marks=marks))
     return made
@@ -88,14 +93,47 @@ def _follows(told: Sequence[Mapping[str, Any]], key: str, other: str) -> bool:
     )
 
 
-def _trend(chart: Chart) -> str:
-    """How the number goes from mesh to mesh."""
-    values = list(chart.series[0].y)
-    changes = [100 * (b / a - 1) for a, b in pairwise(values) if a]
+def _trend(parts: Sequence[Part], told: Sequence[Mapping[str, Any]]) -> list[str]:
+    """How the number goes from mesh to mesh, and to which limit."""
+    sizes, values, _ = _ordered(parts, told)
+    changes = [100 * (b / a - 1) for a, b in pairwise(values)]
     if not changes:
-        return ""
-    told = ", ".join(f"{change:+.2g} %".replace("-", "\N{MINUS SIGN}") for change in changes)
-    sentence = f"From mesh to mesh the number changes by {told}."
-    if len(changes) > 1 and all(c < 0 for c in changes) and abs(changes[-1]) > 0.8 * abs(changes[0]) > 2:
-        return f"{sentence} It falls with refinement: do not use it for design."
-    return f"{sentence} Refine further while the last change is more than you can bear."
+        return []
+    words = ", ".join(f"{change:+.2g} %".replace("-", "\N{MINUS SIGN}") for change in changes)
+    found = trend(sizes, values)
+    unit = parts[0].headline.about.rpartition("[")[2].rstrip("]")
+    if found.behaviour == "converges" and math.isfinite(found.error):
+        end = f"The runs are a mesh study: its limit is {scaled(found.limit, unit)} ± {percent(found.error)}."
+    elif found.behaviour == "falls":
+        end = (
+            "The runs are a mesh study: the number falls with refinement, with no limit in sight. Do not use "
+            "it for design."
+        )
+    else:
+        end = "Refine further while the last change is more than you can bear."
+        end = f"These meshes do not show a limit. {end}" if len(values) > 2 else end
+    return [f"From mesh to mesh the number changes by {words}. {end}"]
+
+
+def _ordered(
+    parts: Sequence[Part], told: Sequence[Mapping[str, Any]]
+) -> tuple[list[float], list[float], list[int]]:
+    """Mesh sizes, values and places of the runs that have both, from coarse to fine."""
+    known = [
+        (1 / at, part.headline.value, k)
+        for k, (part, one) in enumerate(zip(parts, told, strict=True))
+        if (at := place(one.get("mesh.divisions"))) and part.headline.value
+    ]
+    known.sort(key=lambda one: -one[0])
+    sizes, values, places = ([one[k] for one in known] for k in range(3))
+    return sizes, values, places  # type: ignore[return-value]
+
+
+def _judged(found: Trend) -> Mark | None:
+    """The mark of the finest mesh, from all of them; None where they do not tell."""
+    if found.behaviour == "falls":
+        return Mark("Mesh", "falls with refinement: not for design", "bad")
+    if found.behaviour == "converges" and math.isfinite(found.error):
+        text = f"± {percent(found.error)} ({len(found.values)} meshes)"
+        return Mark("Mesh", text, "good" if found.error < _FINE else "open")
+    return None

@@ -41,6 +41,12 @@ def test_a_number_that_depends_on_the_mesh_is_marked():
     assert (found.tone, found.word, found.number) == ("bad", "Falls with refinement", "below 53.2 Pa")
 
 
+def test_no_instability_on_any_mesh_is_no_doubt():
+    none = {"mesh_behaviour": "open", "meshes": 3 * [{"critical_pressure": None}], "limit": 2e4}
+    found = headline(STACK | CRITICAL | none | {"critical_pressure": None})
+    assert marks(found)["Mesh"] == ("the same on 3 meshes", "good")
+
+
 def test_film_that_breaks_comes_first():
     found = headline(STACK | CRITICAL | {"strength": 1.8e8, "strength_pressure": 4100.0})
     assert (found.tone, found.word, found.number) == ("bad", "The film breaks at", "4100 Pa")

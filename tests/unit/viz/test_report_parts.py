@@ -68,9 +68,41 @@ def test_runs_that_differ_in_one_key_are_a_chart_against_it(tmp_path):
     assert chart.series[0].x == [24.0, 32.0, 48.0]
     assert chart.series[0].y == [5000.0, 4100.0, 4040.0]
     assert section.sentences[0].startswith("From mesh to mesh the number changes by \N{MINUS SIGN}18 %, ")
-    mesh = next(mark for mark in parts[0].headline.marks if mark.name == "Mesh")
-    assert (mesh.text, mesh.tone) == ("\N{MINUS SIGN}1.5 % from 16×32", "good")
     assert section.tables[0].head == ("run", "mesh.divisions", "answer", "at")
+    assert mesh(parts[0]) == ("± 3.6 % (3 meshes)", "open")
+    assert mesh(parts[2]) == ("\N{MINUS SIGN}18 % from 12×24", "open")
+    two = with_meshes(compared(tmp_path, [(48, 4040.0), (32, 4100.0)]))
+    assert mesh(two[0]) == ("\N{MINUS SIGN}1.5 % from 16×32", "good")
+
+
+def mesh(part):
+    return next((mark.text, mark.tone) for mark in part.headline.marks if mark.name == "Mesh")
+
+
+@pytest.mark.parametrize(
+    ("values", "mark", "said"),
+    [
+        (
+            (5681.0, 5555.0, 5497.0),
+            ("± 0.91 % (3 meshes)", "good"),
+            "The runs are a mesh study: its limit is 5447 Pa ± 0.91 %.",
+        ),
+        (
+            (278.6, 164.9, 101.5),
+            ("falls with refinement: not for design", "bad"),
+            "The runs are a mesh study: the number falls with refinement, with no limit in sight. Do not use",
+        ),
+        (
+            (100.0, 300.0, 120.0),
+            ("\N{MINUS SIGN}60 % from 24×48", "open"),
+            "These meshes do not show a limit.",
+        ),
+    ],
+)
+def test_runs_that_differ_in_their_mesh_only_are_a_mesh_study(tmp_path, values, mark, said):
+    parts = with_meshes(compared(tmp_path, zip((32, 48, 72), values, strict=True)))
+    assert mesh(parts[-1]) == mark
+    assert said in comparison(parts).sentences[0]
 
 
 def test_a_law_brings_its_own_defaults_which_are_no_second_key(tmp_path):
