@@ -20,7 +20,7 @@ from lobefem.stability.harmonic_buckling import HarmonicPressures, Row, harmonic
 from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
 from lobefem.stability.mesh_convergence import DIVISIONS, MeshStudy
 from lobefem.stability.mesh_convergence import mesh_study as study_meshes
-from lobefem.stability.nonlinear_buckling import critical_point
+from lobefem.stability.nonlinear_buckling import SEARCH_END, critical_point
 from lobefem.stability.one_sided import (
     has_kink,
     one_sided_charts,
@@ -37,8 +37,6 @@ _HIGH_HARMONICS = (
     "with fixed wrinkles only the critical pressures of low harmonics converge as the mesh is refined; from "
     "about n = 7 on they go to zero"
 )
-
-LIMIT = 2e4  # [Pa], where a search along inflated states gives up
 
 
 def critical(
@@ -75,7 +73,7 @@ def critical(
     if state == "inflated":
         if harmonic is not None:
             raise InputError("--harmonic looks at the ideal state; leave it out with --state inflated")
-        _along_path(outcome, design, LIMIT if limit is None else limit, near, comm, progress, folder)
+        _along_path(outcome, design, SEARCH_END if limit is None else limit, near, comm, progress, folder)
         return outcome
     if limit is not None:
         raise InputError("--limit is for the search along inflated states; add --state inflated")

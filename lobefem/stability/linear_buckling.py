@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal, overload
 
 from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.state import require_whole
@@ -31,7 +31,8 @@ from lobefem.stability.harmonic_buckling import (
 )
 from lobefem.stability.mode_records import Mode, make_mode
 from lobefem.stability.modes import check_request
-from lobefem.typing import Sparse
+from lobefem.stability.nonlinear_buckling import SEARCH_END, CriticalPoint, critical_point
+from lobefem.typing import Sparse, StateKind
 
 from petsc4py import PETSc
 from slepc4py import SLEPc
@@ -70,24 +71,53 @@ class CriticalPressure(Summarized):
         return Summary(f"unstable from {number(self.pressure, 'Pa')}", tuple(rows))
 
 
-@timed("eigensolver")
+@overload
 def critical_pressure(
     balloon: Balloon,
     *,
+    state: Literal["ideal"] = "ideal",
     harmonic: int | None = None,
     count: int = 2,
     full: bool = False,
     at: tuple[float, float] = LINEAR,
     progress: Callable[[str], None] | None = None,
-) -> CriticalPressure:
-    """The pressure at which the held ideal geometry turns unstable: K_m phi = -p K_g phi.
+) -> CriticalPressure: ...
 
-    From a pressure p0 at which K is positive definite, K_g phi = nu K(p0) phi, nu = -1/(p - p0), is a
-    definite pencil, and the critical pressure nearest to p0 has the largest |nu|. On a cyclic mesh each
-    harmonic is solved on its own, from one sector (`lobefem.stability.harmonic_buckling`).
+
+@overload
+def critical_pressure(
+    balloon: Balloon,
+    *,
+    state: Literal["inflated"],
+    limit: float = SEARCH_END,
+    progress: Callable[[str], None] | None = None,
+) -> CriticalPoint: ...
+
+
+@timed("eigensolver")
+def critical_pressure(
+    balloon: Balloon,
+    *,
+    state: StateKind = "ideal",
+    limit: float | None = None,
+    harmonic: int | None = None,
+    count: int = 2,
+    full: bool = False,
+    at: tuple[float, float] = LINEAR,
+    progress: Callable[[str], None] | None = None,
+) -> CriticalPressure | CriticalPoint:
+    """The pressure at which the balloon turns unstable; to quote is that of `state="inflated"`.
+
+    Of the inflated balloon it is found along its equilibria, by `critical_point`. Of the held ideal geometry
+    it is an eigenvalue of K_m phi = -p K_g phi. From a pressure p0 at which K is positive definite,
+    K_g phi = nu K(p0) phi, nu = -1/(p - p0), is a definite pencil, and the critical pressure nearest to p0
+    has the largest |nu|. On a cyclic mesh each harmonic is solved on its own, from one sector
+    (`lobefem.stability.harmonic_buckling`).
 
     Args:
-        balloon: a prestressed balloon.
+        balloon: a prestressed balloon for the ideal state.
+        state: "inflated" or "ideal"; what follows `limit` is for the ideal state.
+        limit: pressure at which the search along inflated states gives up [Pa]; 20 kPa by default.
         harmonic: look at this circumferential harmonic alone; None for all of them.
         count: how many critical pressures to look for; of each harmonic, if it is alone.
         full: use the full model on a cyclic mesh too.
@@ -96,11 +126,22 @@ def critical_pressure(
         progress: called with a line of text before each harmonic of this rank.
 
     Raises:
-        InputError: the balloon is not prestressed, or its mesh has no such harmonic.
+        InputError: the balloon is not prestressed, its mesh has no such harmonic, or an argument is for the
+            other state.
         EigenError: the eigenvalue problem was not solved.
+        ConvergenceError: the path of inflated states ends before stability is lost.
 
     Collective.
     """
+    if state == "inflated":
+        if harmonic is not None or full:
+            raise InputError("harmonic and full are for the ideal state; leave them out")
+        end = SEARCH_END if limit is None else limit
+        return critical_point(balloon, limit=end, start=min(100.0, end / 20), progress=progress)
+    if state != "ideal":
+        raise InputError(f"state '{state}' is unknown; use 'ideal' or 'inflated'")
+    if limit is not None:
+        raise InputError("limit is that of a search along inflated states; add state='inflated'")
     require_prestress(balloon)
     check_request(balloon, count)
     require_whole(balloon)

@@ -22,7 +22,7 @@ from lobefem.model.cables import Hoops
 from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.stability import branch_following, nonlinear_buckling
+from lobefem.stability import branch_following, path_rates
 from lobefem.stability.cyclic import Sector
 from lobefem.stability.fourier import kind_of, spectrum
 
@@ -136,7 +136,7 @@ MEASURES = {
         functionals.largest(b, field(b) + 1j * field(b, 2)),
         rigid_motions.largest_of_state(b, turned(b)),
     ),
-    "length by mass": lambda b: nonlinear_buckling._length(b, field(b)),
+    "length by mass": lambda b: path_rates.length(b, field(b)),
     "likeness by area": mac("unit"),
     "likeness by nodes": mac("nodal"),
     "middle hoop": lambda b: mid_hoop_displacement(b, state(b).displacement),

@@ -1,5 +1,6 @@
 """Paths: modes along them, and where they lose stability, against closed forms and a linear pencil."""
 
+import inspect
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +26,7 @@ from lobefem import (
 )
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.stability import nonlinear_buckling, tracing
-from lobefem.stability.nonlinear_buckling import critical_point
+from lobefem.stability.nonlinear_buckling import CriticalPoint, critical_point
 from lobefem.stability.tracing import trace
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "analytic"))
@@ -285,6 +286,23 @@ def test_unclear_steps_are_halved(monkeypatch):
     monkeypatch.setattr(tracing, "unclear", lambda a, b: b.state.pressure <= 2000)
     found = trace(balloon, [1000.0, 2000.0, 4000.0], count=1, refinements=2)
     assert found.pressures.tolist() == [1000, 1250, 1500, 1750, 2000, 4000]
+
+
+def test_the_pressure_to_quote_has_one_name_for_both_states(comm):
+    """`critical_pressure` with state="inflated" is `critical_point` up to 20 kPa."""
+    roof = pyramid(comm, 0.15)  # which gas from inside only stretches
+    found = critical_pressure(roof, state="inflated", limit=1000.0)
+    assert isinstance(found, CriticalPoint)
+    assert found.pressure == np.inf
+    assert found.state.pressure == 1000.0
+    assert inspect.signature(critical_point).parameters["limit"].default == 20e3
+    for wrong, said in [
+        ({"state": "inflated", "harmonic": 2}, "harmonic and full are for the ideal state"),
+        ({"limit": 10.0}, "limit is that of a search along inflated states; add state='inflated'"),
+        ({"state": "flat"}, "state 'flat' is unknown; use 'ideal' or 'inflated'"),
+    ]:
+        with pytest.raises(InputError, match=said):
+            critical_pressure(roof, **wrong)
 
 
 @pytest.mark.slow
