@@ -74,6 +74,7 @@ demos: setup
 	$(run) $(python) demos/contact.py --out $(ALL)/contact
 	$(run) $(python) demos/release.py --divisions 8x12 --out $(ALL)/release
 	$(run) $(python) demos/pumpkin.py --divisions 24x4 --out $(ALL)/pumpkin
+	$(run) $(python) demos/clefts.py --divisions 10x4 --out $(ALL)/clefts
 	$(run) $(python) demos/table2.py --divisions 6x8 --out $(ALL)/table2
 
 # Sphinx is fetched when it is first wanted; the system's versions of what is there already stay.

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from lobefem.model.tension_field import TensionField
     from lobefem.stability.branch_following import Branch
     from lobefem.stability.continuum import continuum_pressure, unstable_from
+    from lobefem.stability.deployment import Deployment, deploy
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
     from lobefem.stability.linear_buckling import CriticalPressure, critical_pressure
     from lobefem.stability.mesh_convergence import MeshStudy, mesh_study
@@ -81,6 +82,7 @@ _HOME = {
     "CriticalPoint": "stability.nonlinear_buckling",
     "CriticalPressure": "stability.linear_buckling",
     "DeadWeight": "model.dead_weight",
+    "Deployment": "stability.deployment",
     "Design": "io.design",
     "Distorted": "equilibrium.displacement_control",
     "EndPlates": "model.end_plates",
@@ -132,6 +134,7 @@ _HOME = {
     "critical_pressure": "stability.linear_buckling",
     "critical_sensitivity": "stability.sensitivities",
     "cylinder": "geometry.stacks",
+    "deploy": "stability.deployment",
     "distort": "equilibrium.displacement_control",
     "fill": "equilibrium.sealed_gas",
     "find_form": "equilibrium.form_finding",
@@ -173,6 +176,7 @@ __all__ = [
     "CriticalPoint",
     "CriticalPressure",
     "DeadWeight",
+    "Deployment",
     "Design",
     "Distorted",
     "EndPlates",
@@ -225,6 +229,7 @@ __all__ = [
     "critical_pressure",
     "critical_sensitivity",
     "cylinder",
+    "deploy",
     "distort",
     "fill",
     "find_form",

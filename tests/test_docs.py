@@ -68,7 +68,14 @@ def test_commands_run(page, workplace, capfd):
 
 def test_design_files_of_the_pages_are_sound(workplace):
     files = [name for name in os.listdir() if name.endswith(".toml")]
-    own = ["beam.toml", "lobes.toml", "my-balloon.toml", "my-pumpkin.toml", "mylar-balloon.toml"]
+    own = [
+        "beam.toml",
+        "clefted.toml",
+        "lobes.toml",
+        "my-balloon.toml",
+        "my-pumpkin.toml",
+        "mylar-balloon.toml",
+    ]
     assert sorted(files) == own
     assert Design.load("my-balloon.toml").shape.lobes == 3
     assert Design.load("my-pumpkin.toml").shape.gores == 48

@@ -1,9 +1,10 @@
 """Seeds of clefts on all gores of a pumpkin: harmonics of its tendons, and a gap along an S line.
 
-Both move tendons and leave the film between them to itself. A pumpkin that is unstable in the harmonic m
-opens m groups of its gores and closes as many others: tendons move around the axis by a sin(m theta). An
-S-cleft is what flights have shown: a few gores pulled in along a line that winds around the axis from one
-fitting to the other.
+Both move tendons and leave the film between them to itself. In the mode of harmonic m in which a pumpkin
+turns unstable, groups of its tendons go up and others down, and above and below the equator they move
+around the axis to opposite sides, by a sin(m theta) sin(2 pi s/L): lines of closed gores have the shape of
+an S. An S-cleft is what flights have shown: a few gores pulled in along a line that winds around the axis
+from one fitting to the other.
 """
 
 from __future__ import annotations
@@ -46,9 +47,11 @@ class _OfTendons(Distortion):
         rims = np.concatenate([balloon.edge_nodes(name) for name in ("rim_bottom", "rim_top")])
         owned = balloon.V.dofmap.index_map.size_local
         nodes: Indices = np.setdiff1d(found[found < owned], rims).astype(np.int32)
-        angle, height, _, frames = balloon.axis.cylindrical(balloon.X[nodes])
-        ends = (balloon.motion.centres - balloon.axis.origin) @ balloon.motion.direction
-        along = (height - ends[0]) / (ends[1] - ends[0])
+        angle, _, _, frames = balloon.axis.cylindrical(balloon.X[nodes])
+        curve = _gore(balloon).curve
+        s = np.linspace(0.0, curve.arc_length, 20001)
+        # gores are meshed with the curve's own z
+        along = np.interp(balloon.X[nodes] @ balloon.motion.direction, curve.z(s), s / curve.arc_length)
         push, first = self._push(balloon, angle, along)
         pushed = np.flatnonzero(np.abs(push) > 1e-6)
         # the axis along which a node is pushed first; on the others it is free
@@ -74,7 +77,7 @@ class _OfTendons(Distortion):
 
 @dataclass(frozen=True)
 class HarmonicSeed(_OfTendons):
-    """Tendons move around the axis by a sin(m theta), most at half the height; else they are free.
+    """Tendons move around the axis by a sin(m theta) sin(2 pi s/L), s along them; else they are free.
 
     Args:
         n: harmonic m, at least 2 and at most half the number of gores.
@@ -101,10 +104,10 @@ class HarmonicSeed(_OfTendons):
     def check(self, balloon: Balloon) -> None:
         """Refuse a harmonic that the tendons do not have, and an amplitude at which they would meet."""
         super().check(balloon)
-        gores, gore = balloon.surface.num_lobes, _gore(balloon)
+        gores, curve = balloon.surface.num_lobes, _gore(balloon).curve
         if 2 * self.n > gores:
             raise InputError(f"{self}: {gores} gores have harmonics up to {gores // 2}; give a lower one")
-        chord = 2 * gore.curve.R0 * math.sin(math.pi / gores)
+        chord = 2 * float(curve.radius(curve.arc_length / 4)) * math.sin(math.pi / gores)
         closing = 2 * abs(self.amplitude) * math.sin(math.pi * self.n / gores)
         if closing >= chord:
             raise InputError(
@@ -113,15 +116,15 @@ class HarmonicSeed(_OfTendons):
             )
 
     def _push(self, balloon: Balloon, angle: Array, along: Array) -> tuple[Array, int]:
-        return np.sin(self.n * angle) * np.sin(math.pi * along), 1
+        return np.sin(self.n * angle) * np.sin(2 * math.pi * along), 1
 
 
 @dataclass(frozen=True)
 class Cleft(_OfTendons):
     """Tendons along an S line are pulled in towards the axis; sideways they are free.
 
-    The line's azimuth is (turn/2) sin(pi (t - 1/2)), t from 0 at the bottom to 1 on top. Tendons less than
-    half the width away from it are pulled in by depth cos^2, most at half the height.
+    The line's azimuth is (turn/2) sin(pi (t - 1/2)), t from 0 at the bottom of a tendon to 1 at its top.
+    Tendons less than half the width away from it are pulled in by depth cos^2, most at half their length.
 
     Args:
         depth: of the middle tendon [m], positive inwards; the reaction is the force conjugate to it [N].

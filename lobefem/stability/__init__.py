@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from lobefem.stability.branch_following import Branch, follow
     from lobefem.stability.continuum import continuum_pressure, unstable_from
     from lobefem.stability.cyclic import Sector, sector_balloon
+    from lobefem.stability.deployment import Deployment, deploy
     from lobefem.stability.gore_buckling import GorePressures, critical_pressures
     from lobefem.stability.gore_modes import GoreMode
     from lobefem.stability.harmonic_buckling import HarmonicPressures, harmonic_pressures
@@ -44,6 +45,7 @@ _HOME = {
     "Branch": "branch_following",
     "CriticalPoint": "nonlinear_buckling",
     "CriticalPressure": "linear_buckling",
+    "Deployment": "deployment",
     "GoreMode": "gore_modes",
     "GorePressures": "gore_buckling",
     "HarmonicPressures": "harmonic_buckling",
@@ -66,6 +68,7 @@ _HOME = {
     "critical_pressure": "linear_buckling",
     "critical_pressures": "gore_buckling",
     "critical_sensitivity": "sensitivities",
+    "deploy": "deployment",
     "find_modes": "modes",
     "follow": "branch_following",
     "full_modes": "all_gores",
@@ -88,6 +91,7 @@ __all__ = [
     "Branch",
     "CriticalPoint",
     "CriticalPressure",
+    "Deployment",
     "GoreMode",
     "GorePressures",
     "HarmonicPressures",
@@ -110,6 +114,7 @@ __all__ = [
     "critical_pressure",
     "critical_pressures",
     "critical_sensitivity",
+    "deploy",
     "find_modes",
     "follow",
     "full_modes",

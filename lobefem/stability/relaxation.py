@@ -136,7 +136,9 @@ def release(
     if undistorted is None:
         undistorted = inflate(balloon, start.pressure, prestress=start.prestress)
     size = math.sqrt(balloon.reference_area)
-    balloon.set_loads(start.pressure, start.prestress)
+    # the scales of load and damping: of a sealed gas at rest, as a run that is resumed has them too
+    scale = start.pressure if balloon.gas is None else undistorted.pressure
+    balloon.set_loads(scale, start.prestress)
     q = start.vector()
 
     def report(record: Record, unknowns: Array) -> None:

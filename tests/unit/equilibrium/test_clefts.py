@@ -38,16 +38,22 @@ def tendon_nodes(balloon):
     return np.setdiff1d(nodes[nodes < balloon.V.dofmap.index_map.size_local], rims)
 
 
+def along(balloon, nodes):
+    """Share of a tendon's length below each of some of its nodes: rows of the mesh are even."""
+    rows = np.round(balloon.X[nodes][:, 2], 6)
+    everywhere = np.unique(np.concatenate(balloon.comm.allgather(rows)))
+    return (1 + np.searchsorted(everywhere, rows)) / (len(everywhere) + 1)
+
+
 def test_a_harmonic_seed_moves_tendons_around_the_axis(comm, symmetric):
     found = distort(symmetric, HarmonicSeed(2, 0.1), steps=2)
     balloon = found.state.balloon
     nodes = tendon_nodes(balloon)
     angle, _, _, frames = balloon.axis.cylindrical(balloon.X[nodes])
-    height = balloon.X[nodes][:, 2]
+    t = along(balloon, nodes)
     around = np.einsum("nj,nj->n", found.state.displacement[nodes], frames[:, 1])
-    low, high = balloon.motion.centres[:, 2]
-    expected = 0.1 * np.sin(2 * angle) * np.sin(np.pi * (height - low) / (high - low))
-    np.testing.assert_allclose(around, expected, atol=1e-7)
+    expected = 0.1 * np.sin(2 * angle) * np.sin(2 * np.pi * t)
+    np.testing.assert_allclose(around, expected, atol=1e-6)
     assert found.reaction > 0
     assert abs(found.history[0].reaction) < 1e-4 * found.reaction
 
@@ -57,15 +63,13 @@ def test_a_cleft_begins_where_the_pressure_has_moved_the_tendons(comm, symmetric
     balloon = found.state.balloon
     nodes = tendon_nodes(balloon)
     angle, _, _, frames = balloon.axis.cylindrical(balloon.X[nodes])
-    height = balloon.X[nodes][:, 2]
+    t = along(balloon, nodes)
     change = (found.state.displacement - symmetric.displacement)[nodes]
     outwards = np.einsum("nj,nj->n", change, frames[:, 0])
-    low, high = balloon.motion.centres[:, 2]
-    t = (height - low) / (high - low)
     off = np.angle(np.exp(1j * (angle - np.radians(30.0) * np.sin(np.pi * (t - 0.5)))))
     inside = np.abs(off) < np.radians(44.9)
     pulled = -0.2 * np.cos(2 * off[inside]) ** 2 * np.sin(np.pi * t[inside])
-    np.testing.assert_allclose(outwards[inside], pulled, atol=1e-7)
+    np.testing.assert_allclose(outwards[inside], pulled, atol=1e-6)
     assert comm.allreduce(int(inside.sum())) > 5
     assert found.history[0].reaction == pytest.approx(0.0, abs=1e-4 * found.reaction)
     assert found.history[0].volume == pytest.approx(symmetric.volume, rel=1e-9)
@@ -91,8 +95,7 @@ def test_a_stable_pumpkin_deploys_and_a_stopped_run_ends_alike(comm, symmetric, 
     assert end.state.volume == pytest.approx(original.volume, rel=1e-9)
     assert end.state.pressure == pytest.approx(PRESSURE, rel=1e-8)
     assert end.ledger.error < 0.01
-    state, notes = kept[-4]
-    assert notes["phase"] == "release"
+    state, notes = next(one for one in kept if one[1]["phase"] == "release" and len(one[1]["records"]) == 3)
     stopped = Checkpoint(balloon, state.pressure, state.prestress, state.unknowns, notes, {})
     again = perturb(balloon, PRESSURE, seed, resume=stopped, **run)
     assert len(again.history) == len(found.history)
@@ -103,7 +106,7 @@ def test_a_stable_pumpkin_deploys_and_a_stopped_run_ends_alike(comm, symmetric, 
 def test_what_is_no_seed_is_refused(comm, symmetric):
     for wrong, message in (
         (HarmonicSeed(5, 0.1), "8 gores have harmonics up to 4"),
-        (HarmonicSeed(4, 3.0), "would close a gore of 3.83 m by 6 m; give an amplitude below 1.91 m"),
+        (HarmonicSeed(4, 3.0), "would close a gore of 2.55 m by 6 m; give an amplitude below 1.27 m"),
         (Cleft(6.0), "reaches the axis"),
         (Cleft(0.1, 45.0), "less than two gores of 8; give a width of 90 degrees"),
     ):
