@@ -25,7 +25,7 @@ from lobefem.linalg.banded import HERMITIAN, Band, as_scipy, asymmetry, lowest, 
 from lobefem.model.film import require_one_tangent
 from lobefem.progress import said
 from lobefem.stability.cyclic import Sector, own_pairs
-from lobefem.stability.fourier import kind_of
+from lobefem.stability.mode_kinds import kind_of
 from lobefem.typing import Comm, ComplexArray, Sparse
 
 from mpi4py import MPI

@@ -19,7 +19,8 @@ from lobefem.frozen import Frozen
 from lobefem.geometry import gather
 from lobefem.linalg.slepc import Pair
 from lobefem.outcomes import RIGID
-from lobefem.stability.fourier import dominant, kind_of, spectrum
+from lobefem.stability.fourier import dominant, spectrum
+from lobefem.stability.mode_kinds import kind_of
 from lobefem.typing import Array, Mass, Vec
 
 __all__ = ["NEUTRAL", "Mode", "Modes", "is_rotation", "make_mode"]
@@ -37,7 +38,7 @@ class Mode(Frozen):
         residual: ||K phi - lambda B phi||/||K phi||; 0 for a rigid rotation, whose vector is known.
         harmonic: circumferential harmonic n, the one that was solved for or else the dominant one.
         harmonics: that and all others with at least a tenth of the mode, strongest first.
-        kind: "sway", "twist", "global" or "local" (see `lobefem.stability.fourier.kind_of`), or "rigid
+        kind: "sway", "twist", "global" or "local" (see `lobefem.stability.mode_kinds.kind_of`), or "rigid
             rotation".
         displacement: this rank's nodal displacements of phi, ghosts included, (nodes, 3), real part,
             largest nodal displacement 1. Of one sector, those of the first one: the j-th one's are

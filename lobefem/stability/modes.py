@@ -29,9 +29,10 @@ from lobefem.log import logger
 from lobefem.model.film import require_one_tangent
 from lobefem.outcomes import RIGID
 from lobefem.profiling import timed
-from lobefem.stability.fourier import cyclic_order, kind_of
+from lobefem.stability.fourier import cyclic_order
 from lobefem.stability.free_rotations import FreeRotations
 from lobefem.stability.inertia import as_many, num_below, num_proved, shift_below, vary
+from lobefem.stability.mode_kinds import kind_of
 from lobefem.stability.mode_records import NEUTRAL, Mode, Modes, is_rotation, make_mode
 from lobefem.typing import Comm, Mass, Vec
 

@@ -22,8 +22,8 @@ from lobefem.fem.balloon import Balloon
 from lobefem.linalg.banded import HERMITIAN, asymmetry, lowest
 from lobefem.stability.branch_following import Branch, follow, unclear
 from lobefem.stability.cyclic import Sector, own_pairs
-from lobefem.stability.fourier import kind_of
 from lobefem.stability.harmonic_buckling import sector_pencil
+from lobefem.stability.mode_kinds import kind_of
 from lobefem.stability.mode_records import Modes
 from lobefem.stability.modes import check_request, find_modes
 from lobefem.stability.sector_modes import mass_matrix

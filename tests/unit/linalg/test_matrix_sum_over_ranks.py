@@ -24,7 +24,8 @@ from lobefem.model.film import Isotropic
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.stability import branch_following, path_rates
 from lobefem.stability.cyclic import Sector
-from lobefem.stability.fourier import kind_of, spectrum
+from lobefem.stability.fourier import spectrum
+from lobefem.stability.mode_kinds import kind_of
 
 from mpi4py import MPI
 

@@ -16,8 +16,9 @@ from lobefem.model.end_plates import EndPlates
 from lobefem.model.film import Isotropic
 from lobefem.model.fixed_wrinkles import FixedWrinkles
 from lobefem.model.gas_pressure import GasPressure
-from lobefem.stability.fourier import dominant, kind_of, spectrum
+from lobefem.stability.fourier import dominant, spectrum
 from lobefem.stability.linear_buckling import critical_pressure
+from lobefem.stability.mode_kinds import kind_of
 from lobefem.stability.mode_records import make_mode
 from lobefem.stability.modes import find_modes
 
