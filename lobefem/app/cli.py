@@ -85,6 +85,16 @@ def _request(context: typer.Context, wanted: bool, meshes: str | None, tolerance
     return _meshes().Request(pairs, share) if wanted or share else None
 
 
+def _what_if(plan: Design, asked: dict[str, Any]) -> Outcome:
+    """`critical` with the options asked for, and with other assumptions."""
+    from lobefem.app.what_if_command import what_if
+
+    def run(one: Design, progress: Any, folder: Any) -> Outcome:
+        return _studies().critical(one, **{**asked, "progress": progress, "folder": folder})  # type: ignore[no-any-return]
+
+    return what_if(plan, run, progress=asked.get("progress"), folder=asked.get("folder"))
+
+
 def _examples(*lines: str) -> str:
     return "Examples:\n\n" + "\n\n".join(f"[bold]{line}[/bold]" for line in lines)
 
@@ -172,6 +182,7 @@ def modes(
     epilog=_examples(
         "lobefem critical meshes/stack4.toml --film tension-field --state inflated --load closed",
         "lobefem critical meshes/stack4.toml --film tension-field --state inflated --mesh-study",
+        "lobefem critical meshes/stack4.toml --film tension-field --state inflated --what-if",
         "lobefem critical meshes/single.toml --mesh-study --out run",
         "lobefem critical meshes/single.toml --divisions 32x48 --harmonic 3 --json -",
         "lobefem critical meshes/pumpkin.toml --up-to '2 kPa' --out run",
@@ -189,20 +200,26 @@ def critical(
     mesh_study: options.MeshStudy = False,
     meshes: options.Meshes = None,
     tolerance: options.Tolerance = None,
+    what_if: options.WhatIf = False,
     petsc: options.Petsc = None,
 ) -> None:
     """Find the pressure at which the balloon becomes unstable.
 
-    With --mesh-study it is found on finer and finer meshes and has an error bar.
+    With --mesh-study it is found on finer and finer meshes and has an error bar; with --what-if also for
+    another bar, load and film stiffness.
     """
     parsing.no_pressure("critical", pressure)
     number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
     parsing.one_of("--state", state or "ideal", ("ideal", "inflated"))
     highest = None if limit is None else parsing.pressure("--limit", limit)
     request = _request(context, mesh_study, meshes, tolerance)
+    if what_if and request is not None:
+        raise InputError("--what-if and --mesh-study are two studies; give one of them")
 
     def study(plan: Design, **run: Any) -> Outcome:
         asked = {"state": _state(plan, state), "harmonic": number, "limit": highest, **run}
+        if what_if:
+            return _what_if(plan, asked)
         if request is not None and asked["state"] == "ideal":
             if number is not None or highest is not None or context.params["divisions"] is not None:
                 raise InputError(

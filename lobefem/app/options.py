@@ -74,6 +74,7 @@ __all__ = [
     "Verbose",
     "Wave",
     "What",
+    "WhatIf",
     "Which",
     "Width",
     "Workers",
@@ -332,6 +333,10 @@ Meshes = Annotated[Text, _option("--meshes", "LIST", "Meshes of the study, e.g. 
 
 Tolerance = Annotated[
     Text, _option("--tolerance", "SHARE", "Refine the mesh until the error bar is this small, e.g. 2%.", _RUN)
+]
+
+WhatIf = Annotated[
+    bool, _flag("--what-if", "Also with another bar, load and film stiffness: what decides.", _RUN)
 ]
 
 Petsc = Annotated[

@@ -174,7 +174,23 @@ def _critical_table(results: dict[str, Any]) -> Any:
     keys = ("max_stress", "max_strain", "hoop_tension", "bar_force")
     quantities = [q for q in _QUANTITIES if q[0] in keys]
     borne = [_quantities(results, quantities)] if "max_stress" in results else []
-    return _group(table, *borne, *_meshes_tables(results))
+    return _group(table, *borne, *_meshes_tables(results), *_what_if_tables(results))
+
+
+def _what_if_tables(results: dict[str, Any]) -> list[Any]:
+    """The table of answers with other assumptions, if they were asked for."""
+    rows = results.get("what_if")
+    if not rows:
+        return []
+    table = _table("what if", "critical pressure", "change", "harmonic", "kind", "max stress")
+    given = rows[0]["critical_pressure"]
+    for row in rows:
+        found, stress = row["critical_pressure"], row["max_stress"]
+        pressure = "failed" if row["error"] else "none found" if found is None else pascals(found)
+        change = f"{100 * (found / given - 1):+.3g} %" if found and given and row is not rows[0] else ""
+        words = ["" if row[key] is None else str(row[key]) for key in ("harmonic", "kind")]
+        table.add_row(row["change"], pressure, change, *words, "" if stress is None else scaled(stress, "Pa"))
+    return [table]
 
 
 def _meshes_tables(results: dict[str, Any]) -> list[Any]:

@@ -261,6 +261,16 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "residual": ("", "residual of the critical mode"),
         "pressures": ("Pa", "critical pressures that were found, ascending; ideal state only"),
         **_peaks("", " at that pressure, or at the end of the search"),
+        "what_if[].change": (
+            "",
+            "other assumption of --what-if, in words; first the design as given",
+        ),
+        "what_if[].settings.*": ("", "key and value of the design that are other"),
+        "what_if[].critical_pressure": ("Pa", "critical pressure with it; null without one"),
+        "what_if[].harmonic": _HARMONIC,
+        "what_if[].kind": ("", "kind of the critical mode"),
+        "what_if[].max_stress": ("Pa", "largest stress of the film there, or at the end of the search"),
+        "what_if[].error": ("", "reason of a failure; null without one"),
         "hoop_tension": ("N", "mean tension of each hoop there"),
         "bar_force": (
             "N",

@@ -217,7 +217,29 @@ def _critical(results: Results) -> list[str]:
         end = f"unstable above {pascals(bounds[1])}" if upper else "no upper bound found"
         rest = "Between them" if upper else "Above that"
         first = f"Stable{where} below {pascals(bounds[0])}, {end}. {rest} {_NO_ANSWER}."
-    return [*_breaks(results), first, *_bears(results), *_on_mesh(results), *_assumed(results)]
+    assumed = _decides(results) or _assumed(results)
+    return [*_breaks(results), first, *_bears(results), *_on_mesh(results), *assumed]
+
+
+def _decides(results: Results) -> list[str]:
+    """A sentence on the other assumption that changes a critical pressure most, if others were tried."""
+    rows = results.get("what_if")
+    known = [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list) else []
+    known = [row for row in known if not row.get("error") and "critical_pressure" in row]
+    given: Any = known[0]["critical_pressure"] if known else None
+    if not _is_pressure(given) or given <= 0 or len(known) < 2:
+        return []
+
+    def far(row: Mapping[str, Any]) -> float:
+        p: Any = row["critical_pressure"]
+        return abs(math.log(p / given)) if _is_pressure(p) and p > 0 else math.inf
+
+    most = max(known[1:], key=far)
+    found = most["critical_pressure"]
+    limit: Any = results.get("limit")
+    to = f" up to {pascals(limit)}" if _is_pressure(limit) else ""
+    answer = pascals(found) if _is_pressure(found) else f"no instability is found{to}"
+    return [f"Of the other assumptions that were tried, this one changes most: {most['change']}: {answer}."]
 
 
 def _not_converged(results: Results) -> str:

@@ -29,7 +29,7 @@ RUNS = [
     ("inflate", CYLINDER, "--divisions", "4x8", "--slack-stiffness", "0"),  # fails
     ("modes", SINGLE, "--divisions", "4x8", "--count", "1", "--pressure", "5", "--pressure", "6", *TENSION),
     ("critical", SINGLE, "--divisions", "4x8", *TENSION, "--set", "film.strength=1e8"),
-    ("critical", SINGLE, "--divisions", "4x8", "--state", "inflated", "--limit", "10"),
+    ("critical", SINGLE, "--divisions", "4x8", "--state", "inflated", "--limit", "10", "--what-if"),
     ("critical", SINGLE, "--mesh-study", "--meshes", "4x12,4x14,4x16"),
     ("critical", SINGLE, "--mesh-study", "--meshes", "4x8,6x12,8x16", "--state", "inflated", "--limit", "10"),
     ("modes", SINGLE, "--mesh-study", "--meshes", "4x8,6x12,8x16", "--count", "1", "--pressure", "5"),
