@@ -23,7 +23,7 @@ from lobefem.io.run_folder import RunFolder
 from lobefem.outcomes import RIGID
 from lobefem.progress import Progress, part, said
 from lobefem.stability.refinement import Trend, trend
-from lobefem.typing import Mass
+from lobefem.typing import Comm, Mass
 from lobefem.viz.verdict import percent
 
 __all__ = ["MESHES", "Request", "critical_on_meshes", "finer", "modes_on_meshes"]
@@ -78,7 +78,7 @@ def critical_on_meshes(
     state: str = "inflated",
     harmonic: int | None = None,
     limit: float | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:
@@ -126,7 +126,7 @@ def modes_on_meshes(
     count: int = 8,
     mass: Mass = "unit",
     harmonics: tuple[int, ...] | None = None,
-    comm: Any = None,
+    comm: Comm | None = None,
     progress: Progress | None = None,
     folder: RunFolder | None = None,
 ) -> Outcome:

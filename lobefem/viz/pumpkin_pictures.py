@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from lobefem.frozen import Frozen
 from lobefem.io.run_reader import Run, Step
-from lobefem.typing import Array, Integers
+from lobefem.typing import Array, Axes, Integers
 from lobefem.units import pascals
 from lobefem.viz.style import MM, REGIONS, STYLE
 from lobefem.viz.views import blank
@@ -177,7 +177,7 @@ def _plain(value: float) -> str:
     )
 
 
-def _view(axes: Any, shape: AllGores, rise: float, pixels: int) -> None:
+def _view(axes: Axes, shape: AllGores, rise: float, pixels: int) -> None:
     """The balloon seen from the side, or from above for an infinite rise, on axes."""
     towards = np.array([0.0, 0.0, 1.0]) if math.isinf(rise) else np.array([0.0, -1.0, rise])
     towards /= np.linalg.norm(towards)
@@ -237,7 +237,7 @@ def _rendered(shape: AllGores, towards: Array, up: Array, pixels: int) -> Any:
     return image
 
 
-def _painted(axes: Any, shape: AllGores, towards: Array, up: Array) -> None:
+def _painted(axes: Axes, shape: AllGores, towards: Array, up: Array) -> None:
     """The balloon by Matplotlib, painted from back to front."""
     across = np.cross(up, towards)
     frame = np.stack([across, np.cross(towards, across)])
@@ -256,7 +256,7 @@ def _painted(axes: Any, shape: AllGores, towards: Array, up: Array) -> None:
     axes.autoscale_view()
 
 
-def _cut(axes: Any, shape: AllGores) -> None:
+def _cut(axes: Axes, shape: AllGores) -> None:
     """The bulges of some gores where the tendons are farthest from the axis."""
     tendons = shape.tendons
     gores = len(tendons)

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from lobefem.frozen import Frozen
-from lobefem.typing import Array
+from lobefem.typing import Array, Axes
 from lobefem.units import pascals
 from lobefem.viz.style import MM, STYLE
 
@@ -136,7 +136,7 @@ def draw_map(chart: SweepMap, *, width: float = 120.0) -> Figure:
     return figure
 
 
-def _contours(axes: Any, x: Array, y: Array, pressure: Any, low: float, high: float) -> None:
+def _contours(axes: Axes, x: Array, y: Array, pressure: Any, low: float, high: float) -> None:
     """Lines of equal pressure at round values, where four neighbours have one."""
     if high <= 1.05 * low:
         return
@@ -150,7 +150,7 @@ def _contours(axes: Any, x: Array, y: Array, pressure: Any, low: float, high: fl
     axes.clabel(lines, fontsize=5.5, fmt=lambda value: names.get(float(value), f"{math.exp(value):.3g} Pa"))
 
 
-def _marks(axes: Any, chart: SweepMap, edges: tuple[Array, Array]) -> list[Patch]:
+def _marks(axes: Axes, chart: SweepMap, edges: tuple[Array, Array]) -> list[Patch]:
     """What cells without a number are, and which are unstable at the design's pressure; the keys."""
     p, keys = chart.pressure, []
     kinds = (
