@@ -15,7 +15,7 @@ release = version = lobefem.__version__
 copyright = author  # noqa: A001  Sphinx's name
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml"]
-exclude_patterns = ["_generated/*"]
+exclude_patterns = ["_generated/*", "_computed/*"]
 source_suffix = {".md": "markdown"}
 nitpicky = True
 suppress_warnings = ["ref.python"]  # an attribute's name that several classes have is no reference

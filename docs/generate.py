@@ -1,6 +1,8 @@
 """The tables and plots of the pages *Validation*, *Speed*, *Scaling* and *Which stacks come back*.
 
-    python docs/generate.py            into docs/_generated, about a minute
+    python docs/generate.py            into docs/_generated, some minutes
+    python docs/generate.py --kept     the results of docs/_computed, at once; a sentence says if they are old
+    python docs/generate.py --keep     computes them, and keeps them in docs/_computed
     python docs/generate.py --quick    on coarse meshes, to test this script
 
 Nothing on the first is typed but what others printed; the others' are made from what was measured on the
@@ -12,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import shutil
 import sys
 import time
 from collections.abc import Sequence
@@ -39,6 +42,15 @@ from parts.validation import (
 
 HERE = Path(__file__).parent
 STAMP = "stamp.txt"
+STATE = "state.md"  # how old the results are, for the pages that show them
+KEPT = HERE / "_computed"
+ROOMS = ("linalg", "geometry", "model", "fem", "equilibrium", "stability")  # that compute
+
+FRESH = "All numbers below were computed by this version of lobefem.\n"
+OLD = (
+    "All numbers below were computed by an earlier version of lobefem: sources have changed since. "
+    "`make docs VALIDATE=1` computes them anew.\n"
+)
 
 
 def key(quick: bool) -> str:
@@ -46,6 +58,7 @@ def key(quick: bool) -> str:
     digest = hashlib.sha256(b"quick" if quick else b"")
     for path in [
         *sorted((ROOT / "lobefem").glob("*.py")),
+        *(path for room in ROOMS for path in sorted((ROOT / "lobefem" / room).glob("*.py"))),
         *sorted((ROOT / "tests/analytic").glob("*.py")),
         *sorted((ROOT / "benchmarks").glob("*.py")),
         ROOT / "benchmarks/results/scaling.json",
@@ -88,6 +101,16 @@ def generate(out: Path, *, quick: bool = False, say: Any = lambda text: None) ->
         for title, text in texts.items() if isinstance(texts, dict) else [(name, texts)]:
             (out / f"{title}.md").write_text(text, encoding="utf-8")
         say(f"{name}: {time.monotonic() - begin:.1f} s")
+    (out / STATE).write_text(FRESH, encoding="utf-8")
+
+
+def use_kept(out: Path, kept: Path = KEPT) -> None:
+    """Put the results that were kept where the pages read them, with a sentence on their age."""
+    out.mkdir(parents=True, exist_ok=True)
+    for path in kept.iterdir():
+        shutil.copy(path, out / path.name)
+    fresh = (kept / STAMP).read_text() == key(quick=False)
+    (out / STATE).write_text(FRESH if fresh else OLD, encoding="utf-8")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -95,12 +118,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Tables and plots of the page Validation")
     parser.add_argument("--out", type=Path, default=HERE / "_generated")
     parser.add_argument("--quick", action="store_true", help="coarse meshes")
+    parser.add_argument("--kept", action="store_true", help="compute nothing, use what was kept")
+    parser.add_argument("--keep", action="store_true", help="keep the results in docs/_computed")
     options = parser.parse_args(arguments)
     stamp, wanted = options.out / STAMP, key(options.quick)
-    if stamp.exists() and stamp.read_text() == wanted:
-        return 0
-    generate(options.out, quick=options.quick, say=lambda text: print(text, flush=True))
-    stamp.write_text(wanted)
+    if not (stamp.exists() and stamp.read_text() == wanted):
+        if options.kept:
+            use_kept(options.out)
+            return 0
+        generate(options.out, quick=options.quick, say=lambda text: print(text, flush=True))
+        stamp.write_text(wanted)
+    if options.keep:
+        shutil.copytree(options.out, KEPT, dirs_exist_ok=True)
     return 0
 
 

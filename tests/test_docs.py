@@ -96,6 +96,23 @@ def test_validation_is_generated(tmp_path):
     assert "from n = 7 on every harmonic is unstable" in (tmp_path / "verdicts.md").read_text()
 
 
+def test_kept_results_are_shown_with_their_age(tmp_path):
+    """Without a computation; when a source has changed since, the page says so."""
+    spec = importlib.util.spec_from_file_location("generate", ROOT / "docs" / "generate.py")
+    generate = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generate)
+    pages = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    wanted = {Path(name).name for name in re.findall(r"_generated/\S+?\.(?:md|png)", pages)}
+    for stamp, said in ((generate.key(quick=False), generate.FRESH), ("another", generate.OLD)):
+        kept = tmp_path / stamp[:7]
+        shutil.copytree(ROOT / "docs" / "_computed", kept)
+        (kept / generate.STAMP).write_text(stamp)
+        out = tmp_path / f"out-{stamp[:7]}"
+        generate.use_kept(out, kept)
+        assert (out / generate.STATE).read_text() == said
+        assert wanted <= {path.name for path in out.iterdir()}
+
+
 def test_every_page_is_in_the_contents():
     contents = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     listed = {line.strip() for block in re.findall(r"```{toctree}(.*?)```", contents, flags=re.S)

@@ -1,9 +1,13 @@
 """The README: its example prints what is printed there, its lines fit a terminal."""
 
 import re
+import shlex
 
 import pytest
+import typer
 from loading import ROOT
+
+from lobefem.app import cli
 
 pytestmark = pytest.mark.serial
 
@@ -28,7 +32,26 @@ def test_lines_of_the_readme_fit():
     assert max(map(len, README.splitlines())) <= 100
 
 
+HOME = re.compile(r"https://(?:github\.com|raw\.githubusercontent\.com)/lobefem/lobefem/(?:blob/)?main/(\S+)")
+
+
 def test_files_that_the_readme_links_to_are_there():
-    linked = re.findall(r"\]\(([^)#:]+)\)", README)
-    assert "docs/start.md" in linked
-    assert [path for path in linked if not (ROOT / path).exists()] == []
+    """Links are whole, for PyPI shows the same page, and lead to files of this repository."""
+    assert re.findall(r"\]\((?!https://)", README) == []
+    targets = dict(re.findall(r"^\[(\w+)\]: (\S+)$", README, flags=re.MULTILINE))
+    used = set(re.findall(r"\]\[(\w+)\]", README))
+    assert used == set(targets)
+    linked = {name: HOME.fullmatch(url) for name, url in targets.items()}
+    assert [name for name, found in linked.items() if found is None or not (ROOT / found[1]).exists()] == []
+
+
+def test_commands_of_the_readme_are_sound():
+    """Their options are there; `sh` blocks are not run here, for they compute for minutes."""
+    commands = typer.main.get_command(cli.app).commands
+    lines = "".join(re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL)).replace("\\\n", " ").splitlines()
+    ours = [line for line in lines if line.startswith("lobefem ")]
+    assert len(ours) >= 5
+    for line in ours:
+        words = shlex.split(line, comments=True)
+        words = words[: words.index(">")] if ">" in words else words
+        commands[words[1]].make_context(words[1], words[2:])  # raises what is wrong
