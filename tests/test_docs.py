@@ -75,6 +75,7 @@ def test_design_files_of_the_pages_are_sound(workplace):
         "my-balloon.toml",
         "my-pumpkin.toml",
         "mylar-balloon.toml",
+        "pumpkins.toml",
     ]
     assert sorted(files) == own
     assert Design.load("my-balloon.toml").shape.lobes == 3
