@@ -80,6 +80,8 @@ demos: setup
 	$(run) $(python) demos/release.py --divisions 8x12 --out $(ALL)/release
 	$(run) $(python) demos/pumpkin.py --divisions 24x4 --out $(ALL)/pumpkin
 	$(run) $(python) demos/clefts.py --divisions 10x4 --out $(ALL)/clefts
+	$(run) $(python) demos/superpressure.py --divisions 16x4 --out $(ALL)/superpressure
+	$(run) $(python) demos/ground_models.py --divisions 16x4 --out $(ALL)/ground_models
 	$(run) $(python) demos/table2.py --divisions 6x8 --out $(ALL)/table2
 
 # Sphinx is fetched when it is first wanted; the system's versions of what is there already stay.
