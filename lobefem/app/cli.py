@@ -20,7 +20,7 @@ import typer
 from lobefem.app import options, parsing, reference
 from lobefem.app.process import Ranks
 from lobefem.app.progress_bar import reporting
-from lobefem.app.runner import Interrupted, loudness, one_line, run_task
+from lobefem.app.runner import Interrupted, loudness, one_line, overridden, run_task
 from lobefem.app.tables import printable, show_rows
 from lobefem.errors import InputError, LobefemError
 from lobefem.terminal import settle
@@ -483,6 +483,26 @@ app.command(
     )
 )(reference.new)
 app.command(epilog=_examples("lobefem schema", "lobefem schema > design.schema.json"))(reference.schema)
+
+
+@app.command(
+    epilog=_examples(
+        "lobefem check meshes/stack4.toml",
+        "lobefem check meshes/stack4.toml --film tension-field --bar none --divisions 48x64",
+    )
+)
+@options.sharing(options.DESIGN, {})
+def check(context: typer.Context, design: options.DesignFile) -> None:
+    """Print a design in full: each key, whether it is a default, and what it does to the answer."""
+    from lobefem.app.check_command import check as examine
+
+    rows, sentences = examine(overridden({**context.params, "design": design}, None))
+    if context.obj.is_root:
+        show_rows([("key", "value", "from", "note"), *rows])
+        for sentence in sentences:
+            print(sentence)
+
+
 app.command(epilog=_examples("lobefem report run", "lobefem report out/demo"))(reference.report)
 app.command(epilog=_examples("lobefem export run --to csv", "lobefem export out/demo --to vtu"))(
     reference.export

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lobefem.app.states_command import Outcome
     from lobefem.io.design import Design
 
-__all__ = ["Interrupted", "loudness", "one_line", "run_task"]
+__all__ = ["Interrupted", "loudness", "one_line", "overridden", "run_task"]
 
 _MOST = 600  # letters of a sentence
 
@@ -33,7 +33,7 @@ class Interrupted(Exception):  # noqa: N818  no error
     """KeyboardInterrupt, which versions of typer each turn into something else."""
 
 
-def _overridden(given: dict[str, Any], comm: Comm) -> Design:
+def overridden(given: dict[str, Any], comm: Comm) -> Design:
     """The design file with the options put over it."""
     from lobefem.io.design import Design
 
@@ -118,7 +118,7 @@ def run_task(context: typer.Context, task: Callable[..., Outcome]) -> None:
 
         ranks.stop.abandon = dolfinx_compat.abandon
         comm = MPI.COMM_WORLD
-        design = _overridden(given, comm)
+        design = overridden(given, comm)
         if design.pressure.gas != "given" and context.info_name not in _OF_SEALED_GAS:
             raise InputError(
                 f"lobefem {context.info_name} takes a given pressure, and pressure.gas is 'isothermal'; "

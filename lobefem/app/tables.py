@@ -296,7 +296,12 @@ def show_rows(rows: Sequence[Sequence[str]]) -> None:
     """Print a sweep's table on stdout, its head first."""
     used = [k for k, name in enumerate(rows[0]) if name != "reason" or any(row[k] for row in rows[1:])]
     table = _table(*(rows[0][k].replace("_", " ") for k in used))
-    if used[-1] == len(rows[0]) - 1 and rows[0][-1] in ("reason", "source", "units"):  # sentences, lists
+    if used[-1] == len(rows[0]) - 1 and rows[0][-1] in (
+        "reason",
+        "source",
+        "units",
+        "note",
+    ):  # sentences, lists
         table.columns[-1].justify, table.columns[-1].no_wrap = "left", False
     for row in rows[1:]:
         table.add_row(*(row[k] for k in used))

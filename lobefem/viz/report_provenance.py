@@ -9,10 +9,11 @@ from typing import Any
 from lobefem.errors import LobefemError
 from lobefem.io.design import Design
 from lobefem.io.run_reader import Run
+from lobefem.typing import Unchecked
 from lobefem.units import scaled
 from lobefem.viz.report_tables import Table, number
 
-__all__ = ["changes", "design", "flat", "versions"]
+__all__ = ["changes", "design", "flat", "setting", "versions"]
 
 # units of a design's keys where they have one
 _UNITS = {
@@ -74,16 +75,17 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _table(caption: str, values: Mapping[str, Any]) -> Table:
-    rows = []
-    for path, value in values.items():
-        unit = _UNITS.get(path.rpartition(".")[2], "N" if path.endswith(".bar") else "")
-        items = value if isinstance(value, (list, tuple)) else [value]
-        if unit and items and all(isinstance(v, float) and math.isfinite(v) for v in items):
-            text = ", ".join(scaled(v, unit) for v in items).replace("-", "\N{MINUS SIGN}")
-        else:
-            text = number(value)
-        rows.append((path, text))
-    return Table(caption, ("key", "value"), tuple(rows))
+    rows = tuple((path, setting(path, value)) for path, value in values.items())
+    return Table(caption, ("key", "value"), rows)
+
+
+def setting(path: str, value: Unchecked) -> str:
+    """A value of a design as text, with the unit of its key, "section.key"."""
+    unit = _UNITS.get(path.rpartition(".")[2], "N" if path.endswith(".bar") else "")
+    items = value if isinstance(value, (list, tuple)) else [value]
+    if unit and items and all(isinstance(v, float) and math.isfinite(v) for v in items):
+        return ", ".join(scaled(v, unit) for v in items).replace("-", "\N{MINUS SIGN}")
+    return number(value)
 
 
 def versions(run: Run) -> Table:
