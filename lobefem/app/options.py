@@ -369,7 +369,7 @@ PictureFile = Annotated[
 
 Which = Annotated[str, typer.Argument(metavar="[WORD]", help="Only names that contain this word.")]
 
-ExportKind = Annotated[str, _option("--to", "FORMAT", "csv: tables; vtu: fields.", _OUTPUT)]
+ExportKind = Annotated[str, _option("--to", "FORMAT", "csv: tables; xlsx: a workbook; vtu: fields.", _OUTPUT)]
 
 Format = Annotated[
     Text, _option("--format", "FORMAT", "png, svg, gif or mp4 (default: by the ending of --to).", _PICTURE)

@@ -37,7 +37,7 @@ def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of them.")],
     to: options.ExportKind,
 ) -> None:
-    """Write the results of a run folder as tables (CSV) or as files for ParaView (VTU), one per pressure."""
+    """Write the results of a run folder as tables (CSV), as a workbook (XLSX), or for ParaView (VTU)."""
     if context.obj.is_root:
         from lobefem.io.export import export as write
 

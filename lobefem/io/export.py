@@ -1,4 +1,4 @@
-"""A run folder's results in other forms: CSV tables for a spreadsheet, VTU files for ParaView and others."""
+"""A run folder's results in other forms: CSV tables, an Excel workbook, VTU files for ParaView."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from lobefem import files
 from lobefem.errors import InputError
 from lobefem.io import spreadsheets
 from lobefem.io.run_reader import Run, Step, find_runs, load_run
+from lobefem.io.workbook import NAME, workbook
 
 __all__ = ["KINDS", "export"]
 
-KINDS = ("csv", "vtu")
+KINDS = ("csv", "vtu", "xlsx")
 
 _VTK_TYPES = {3: 5, 4: 9}  # by corners of a cell
 
@@ -36,18 +37,18 @@ def export(folder: str | Path, kind: str) -> list[Path]:
         InputError: an unknown kind, no run, nothing to export, or the file system refuses.
     """
     if kind not in KINDS:
-        raise InputError(f"--to: {kind!r} is unknown; use {' or '.join(KINDS)}")
+        raise InputError(f"--to: {kind!r} is unknown; use csv, vtu or xlsx")
     written = []
     for path in find_runs(folder):
         run = load_run(path)
         try:
-            written += _tables(run) if kind == "csv" else _grids(run)
+            written += {"csv": _tables, "vtu": _grids, "xlsx": _workbook}[kind](run)
         except OSError as error:
             raise InputError(
                 f"'{path}' takes no files ({error.strerror}); make room or copy it elsewhere"
             ) from None
     if not written:
-        what = "eigenvalues, history or stations" if kind == "csv" else "fields"
+        what = {"csv": "eigenvalues, history or stations", "vtu": "fields", "xlsx": "results"}[kind]
         raise InputError(f"'{folder}' holds no {what}; give the folder of a run that has come to its end")
     return written
 
@@ -57,6 +58,15 @@ def _tables(run: Run) -> list[Path]:
     for name, text in found.items():
         files.replace(run.path / name, text)
     return [run.path / name for name in found]
+
+
+def _workbook(run: Run) -> list[Path]:
+    book = workbook(run)
+    if book is None:
+        return []
+    with files.replacing(run.path / NAME) as stream:
+        stream.write(book)
+    return [run.path / NAME]
 
 
 def _grids(run: Run) -> list[Path]:

@@ -31,7 +31,7 @@ from lobefem.equilibrium.state import Checkpoint, Equilibrium, State
 from lobefem.errors import InputError
 from lobefem.fem.balloon import Balloon
 from lobefem.files import on_root, replace, replacing, require_writable, save_json, to_json
-from lobefem.io import spreadsheets
+from lobefem.io import spreadsheets, workbook
 from lobefem.io.checkpoints import load_modes, load_state, save_modes, save_state
 from lobefem.io.run_reader import load_run
 from lobefem.io.xdmf import Snapshot, save_fields
@@ -55,7 +55,7 @@ _PICTURES = tuple(
 
 _FILES = (
     "design.toml", "run.json", "results.json", "fields.xdmf", "fields.h5", "state.npz", "checkpoint.npz",
-    "log.txt", "report.html", *spreadsheets.NAMES,
+    "log.txt", "report.html", workbook.NAME, *spreadsheets.NAMES,
 )  # fmt: skip
 
 

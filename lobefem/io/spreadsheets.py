@@ -12,7 +12,7 @@ import numpy as np
 from lobefem.io.run_reader import Run, Step
 from lobefem.typing import Array, Integers, Unchecked
 
-__all__ = ["NAMES", "tables"]
+__all__ = ["NAMES", "records", "tables"]
 
 NAMES = ("eigenvalues.csv", "history.csv", "stations.csv")
 
@@ -21,9 +21,14 @@ _BANDS = 60  # of a film without rows of cells
 
 def tables(run: Run) -> dict[str, str]:
     """CSV texts by file name, of what the run has: heads with units, SI, one record a line."""
+    return {name: _text(rows) for name, rows in records(run).items()}
+
+
+def records(run: Run) -> dict[str, list[Sequence[Any]]]:
+    """The same tables as rows, the head first."""
     makers = dict(zip(NAMES, (_eigenvalues, _history, _stations), strict=True))
     made = {name: list(make(run)) for name, make in makers.items()}
-    return {name: _text(rows) for name, rows in made.items() if len(rows) > 1}
+    return {name: rows for name, rows in made.items() if len(rows) > 1}
 
 
 def _text(rows: Sequence[Sequence[Any]]) -> str:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -100,7 +101,7 @@ def test_tables_of_older_runs_are_made_again(run):
 
 @alone
 def test_what_cannot_be_exported_is_refused(tmp_path):
-    with pytest.raises(InputError, match="--to: 'xls' is unknown; use csv or vtu"):
+    with pytest.raises(InputError, match="--to: 'xls' is unknown; use csv, vtu or xlsx"):
         export(tmp_path, "xls")
     with pytest.raises(InputError, match="holds no run"):
         export(tmp_path, "csv")
@@ -108,3 +109,42 @@ def test_what_cannot_be_exported_is_refused(tmp_path):
     for kind in ("csv", "vtu"):
         with pytest.raises(InputError, match="holds no "):
             export(tmp_path, kind)
+
+
+@alone
+@pytest.mark.slow
+def test_a_workbook_has_the_results_and_the_tables_as_numbers(run):
+    openpyxl = pytest.importorskip("openpyxl")
+    (path,) = export(run, "xlsx")
+    book = openpyxl.load_workbook(path)
+    assert book.sheetnames == ["results", "eigenvalues", "stations"]
+    head, *rows = book["eigenvalues"].iter_rows(values_only=True)
+    told = table(run / "eigenvalues.csv")
+    assert list(head) == list(told[0])
+    values = [float(one["real [Pa/m]"]) for one in told]
+    assert [row[2] for row in rows] == pytest.approx(values, rel=1e-12)
+    numbers = {row[0]: row[1:] for row in book["results"].iter_rows(values_only=True)}
+    assert numbers["thickness"][0] == 5e-5
+    assert numbers["thickness"][1] == "m"
+    assert numbers["divisions"][0] == "6; 8"
+    assert "mesh_error" not in numbers  # null
+
+
+@alone
+def test_text_in_a_workbook_is_no_formula(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "design.toml").write_text("")
+    (tmp_path / "results.json").write_text(json.dumps({"schema": 1, "command": "modes", "film": "=1+1"}))
+    (path,) = export(tmp_path, "xlsx")
+    cells = {row[0].value: row[1] for row in openpyxl.load_workbook(path)["results"].iter_rows()}
+    assert (cells["film"].value, cells["film"].data_type) == ("=1+1", "s")
+
+
+@alone
+def test_without_openpyxl_a_workbook_names_the_way_out(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    (tmp_path / "run.json").write_text("{}")
+    (tmp_path / "results.json").write_text(json.dumps({"schema": 1, "command": "modes"}))
+    with pytest.raises(InputError, match="xlsx needs openpyxl: pip install"):
+        export(tmp_path, "xlsx")
