@@ -5,7 +5,8 @@ With lobes of a constant half angle of 85 degrees the symmetric shape is stable 
 400 Pa; with lobes of the same angle at the equator but of constant radius it is stable at both. Tendons are
 moved around the axis in four waves, or four gores pulled in along an S line, film and fittings touch
 each other, and the balloon is released. Where it stays clefted the cleft is looked at: volume and energy
-beside the symmetric shape, contact, lowest eigenvalues. Writes a table, numbers, a chart and pictures.
+beside the symmetric shape, contact, lowest eigenvalues, the same with a tenth and a hundredth of the
+damping, and at which lower pressure it deploys. Writes a table, numbers, a chart and pictures.
 
     python demos/clefts.py --out out/clefts
 """
@@ -36,14 +37,19 @@ from lobefem import (
     SelfContact,
     Tendons,
     TensionField,
+    deploy,
     find_modes,
     full_state,
     inflate,
     perturb,
+    release_start,
     seal,
 )
+from lobefem import release as let_go
 from lobefem.equilibrium import Distortion, Equilibrium
+from lobefem.equilibrium.solver_options import FlowOptions
 from lobefem.files import save_json
+from lobefem.stability.relaxation import DISTORTED
 
 from mpi4py import MPI
 
@@ -65,6 +71,8 @@ CASES: tuple[Case, ...] = (
     ("radius", 400.0, S_CLEFT, False),
 )
 AMBIENT = 5000.0  # [Pa]
+DAMPINGS = (0.1, 0.01)
+LOWER = (320.0, 280.0, 240.0, 200.0, 150.0, 100.0)  # [Pa]
 
 Say = Callable[[str], None]
 
@@ -130,6 +138,52 @@ def release(case: Case, divisions: Sequence[int], steps: int, comm: Any, say: Sa
     return row, found
 
 
+def damped(found: Perturbed, say: Say) -> list[dict[str, Any]]:
+    """The release again with a tenth and a hundredth of the damping."""
+    rows = []
+    assert found.imposed is not None
+    for damping in DAMPINGS:
+        end = let_go(
+            release_start(found.imposed),
+            undistorted=found.original,
+            ledger=found.ramp[-1].ledger,
+            options=FlowOptions(damping=damping),
+            progress=say,
+        )
+        gained = None if end.state is None else end.state.volume / found.original.volume - 1
+        row = {"damping": damping, "outcome": end.outcome, "lowest": end.lowest, "volume_gained": gained}
+        rows.append(row | {"time": end.history[-1].time, "ledger_error": end.ledger.error})
+    return rows
+
+
+def lowered(found: Perturbed, lobes: str, divisions: Sequence[int], comm: Any, say: Say) -> dict[str, Any]:
+    """The cleft at lower and lower pressures, and at which of them it deploys."""
+    assert found.released is not None
+    assert found.released.state is not None
+    end = found.released.state
+    gore = pumpkin(lobes, divisions, False, comm)
+    alike = {}
+    state = inflate(gore, end.pressure / 4)
+    for pressure in sorted(LOWER):
+        alike[pressure] = state = inflate(gore, pressure, start=state)
+    study = deploy(end, LOWER, lambda p: full_state(alike[p], end.balloon), progress=say)
+    rows = []
+    for whole, one in zip(study.symmetric, study.released, strict=True):
+        modes = find_modes(alike[whole.pressure], 1, harmonics=range(2, GORES // 2 + 1))
+        gained = None if one.state is None else one.state.volume / whole.volume - 1
+        rows.append(
+            {
+                "pressure": whole.pressure,
+                "symmetric_eigenvalue": modes.lowest,
+                "outcome": one.outcome,
+                "lowest": one.lowest,
+                "distance": one.distance,
+                "volume_gained": gained,
+            }
+        )
+    return {"pressures": rows, "deployed_from": study.deployed_from}
+
+
 def run(
     divisions: Sequence[int] = (12, 4),
     *,
@@ -143,14 +197,18 @@ def run(
     """Compute everything, write it into `out`, and return the numbers. Collective."""
     out = folder(out, comm)
     rows = []
+    more: dict[str, Any] = {}
     for k, case in enumerate(cases, 1):
         row, found = release(case, divisions, steps, comm, say)
         rows.append(row)
         say(f"{row['lobes']}, {row['pressure']:g} Pa, {row['seed']}: {row['outcome']}")
         end = found.released
-        if picture and end is not None and end.state is not None and row["outcome"] != "returned":
+        stays = end is not None and row["outcome"] == DISTORTED
+        if stays and picture:
             draw(end.state, out / f"cleft_{k}.png", comm)
-    numbers = {"gores": GORES, "half_angle": ANGLE, "divisions": list(divisions), "cases": rows}
+        if stays and not more and row["gas"] == "given":
+            more = {"damped": damped(found, say), "lowered": lowered(found, case[0], divisions, comm, say)}
+    numbers = {"gores": GORES, "half_angle": ANGLE, "divisions": list(divisions), "cases": rows} | more
     if comm.rank == 0:
         (out / "table.md").write_text(to_markdown(numbers), encoding="utf-8")
         chart(numbers, out / "clefts.png")
@@ -178,6 +236,17 @@ def to_markdown(numbers: dict[str, Any]) -> str:
             f"| {row['contact_force']:.3g} | {row['contact_area']:.3g} | {lowest} "
             f"| {100 * row['ledger_error']:.2g} % |"
         )
+    for row in numbers.get("damped", ()):
+        lines += [
+            "",
+            f"With {row['damping']:g} of the damping: {row['outcome']}, lowest {row['lowest']:.3g} Pa/m.",
+        ]
+    for row in numbers.get("lowered", {}).get("pressures", ()):
+        lines += [
+            "",
+            f"Lowered to {row['pressure']:g} Pa (symmetric shape {row['symmetric_eigenvalue']:.2g} Pa/m from "
+            f"harmonic 2 on): {row['outcome']}, {row['distance']:.2g} m from the symmetric shape.",
+        ]
     return "\n".join(lines) + "\n"
 
 

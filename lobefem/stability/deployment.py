@@ -1,9 +1,10 @@
-"""From which pressure on a clefted balloon deploys: released again and again at rising pressures."""
+"""At which pressure a clefted balloon deploys: released again and again as the pressure rises or falls."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.solver_options import FLOW, FlowOptions
@@ -28,7 +29,7 @@ class Deployment(Summarized):
 
     @property
     def deployed_from(self) -> float | None:
-        """Lowest pressure at which the balloon came to rest in its symmetric shape [Pa], None without one."""
+        """First pressure at which the balloon came to rest in its symmetric shape [Pa], None without one."""
         found = zip(self.symmetric, self.released, strict=True)
         return next((state.pressure for state, end in found if end.outcome == RETURNED), None)
 
@@ -49,25 +50,26 @@ def deploy(
     options: FlowOptions = FLOW,
     progress: Callable[[str], None] | None = None,
 ) -> Deployment:
-    """Release a clefted balloon at rising pressures, each from the shape at the last, until it deploys.
+    """Release a clefted balloon at pressures in turn, each from the shape at the last, until it deploys.
 
     Args:
         start: clefted or seeded, at any pressure, of a balloon under a given pressure.
-        pressures: ascending [Pa].
+        pressures: ascending or descending [Pa].
         symmetric: the state of the same balloon at a pressure in which all gores are alike, such as
             `full_state` makes from one gore's.
         options: of the damped motion.
         progress: called with a line of text now and then.
 
     Raises:
-        InputError: pressures that do not rise, or a sealed gas.
+        InputError: pressures that go up and down, or a sealed gas.
         ConvergenceError: no symmetric state at a pressure.
 
     Collective.
     """
-    rising = all(0 < p < q for p, q in zip((1e-300, *pressures), pressures, strict=False))
-    if not pressures or not rising:
-        raise InputError(f"the pressures are {tuple(pressures)} Pa; give positive ones that rise")
+    steps = [after - before for before, after in pairwise(pressures)]
+    one_way = all(step > 0 for step in steps) or all(step < 0 for step in steps)
+    if not pressures or min(pressures) <= 0 or not one_way:
+        raise InputError(f"the pressures are {tuple(pressures)} Pa; give positive ones that rise or fall")
     if start.balloon.gas is not None:
         raise InputError("the gas is sealed in, so its pressure follows; use fill, or deploy without seal")
     states: list[Equilibrium] = []

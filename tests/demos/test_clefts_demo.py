@@ -43,6 +43,21 @@ def test_the_unstable_design_stays_clefted(found):
     assert row["distance"] > 0.1
 
 
+def test_damping_has_no_say_and_at_low_pressure_it_deploys(found):
+    numbers = found[0]
+    row = numbers["cases"][1]
+    for other in numbers["damped"]:
+        assert other["outcome"] == "distorted and stable"
+        assert other["lowest"] == pytest.approx(row["eigenvalues"][0], rel=1e-6)
+        assert other["volume_gained"] == pytest.approx(-row["volume_deficit"], rel=1e-6)
+    lowered = numbers["lowered"]
+    assert 200 <= lowered["deployed_from"] < 320
+    assert (
+        lowered["pressures"][0]["symmetric_eigenvalue"] < 0 < lowered["pressures"][-1]["symmetric_eigenvalue"]
+    )
+    assert lowered["pressures"][-1]["distance"] < 1e-6
+
+
 def test_the_demo_writes_what_it_found(found):
     numbers, folder = found
     assert json.loads((folder / "clefts.json").read_text(encoding="utf-8")) == numbers

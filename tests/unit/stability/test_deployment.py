@@ -1,4 +1,4 @@
-"""Clefted balloons released at rising pressures."""
+"""Clefted balloons released at pressures in turn."""
 
 import builders
 import pytest
@@ -38,8 +38,8 @@ def test_a_stable_pumpkin_deploys_at_the_first_pressure(seeded):
 
 def test_what_is_refused(seeded):
     start, symmetric = seeded
-    for wrong in ((), (100.0, 50.0), (0.0, 50.0)):
-        with pytest.raises(InputError, match="give positive ones that rise"):
+    for wrong in ((), (100.0, 50.0, 60.0), (0.0, 50.0), (50.0, 50.0)):
+        with pytest.raises(InputError, match="give positive ones that rise or fall"):
             deploy(start, wrong, symmetric)
     sealed = seal(symmetric(100.0))
     with pytest.raises(InputError, match="its pressure follows"):
