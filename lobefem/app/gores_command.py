@@ -7,6 +7,7 @@ from pathlib import Path
 from lobefem.errors import InputError
 from lobefem.io.design import Design
 from lobefem.io.gore_files import cutting_table, save_gore
+from lobefem.io.pumpkin_design import foreshortening
 
 __all__ = ["gores"]
 
@@ -33,9 +34,8 @@ def gores(
         )
     if not overwrite and any((folder / f"gore.{kind}").exists() for kind in ("csv", "svg", "dxf")):
         raise InputError(f"'{folder}' holds a gore already; give another --out, or --overwrite")
-    shortening = plan.tendons.foreshortening
-    table = cutting_table(plan.gore, shortening, marks)
-    rest = plan.curve.arc_length * (1 - shortening)
+    table = cutting_table(plan.gore, foreshortening(plan), marks)
+    rest = float(table.tendon[-1])
     count = plan.shape.gores
     values = {
         "gores": (f"{count}", ""),

@@ -303,7 +303,7 @@ def _drawn_along(balloon: Balloon) -> Any:
 def _rests_as_drawn(balloon: Balloon) -> bool:
     """True if the reference shape is in equilibrium without pressure."""
     loaded = balloon.weight.film or balloon.weight.cables or balloon.load.gradient
-    shortened = any(cable.foreshortening for cable in balloon.cables)
+    shortened = any(cable.shortened for cable in balloon.cables)
     return not loaded and not shortened and balloon.pattern is None
 
 

@@ -70,7 +70,7 @@ def measure(state: Equilibrium) -> PumpkinMeasures:
     edge, before = x[ends, 0], drawn[ends, 0]
     # the derivative amid an edge of either degree is the chord's
     stretch = np.linalg.norm(np.diff(edge, axis=0), axis=1) / np.linalg.norm(np.diff(before, axis=0), axis=1)
-    stretch = stretch / (1 - cable.foreshortening)
+    stretch = stretch / (1 - cable.shares((before[1:] + before[:-1]) / 2))
     tension = cable.EA * np.maximum((stretch**2 - 1) / 2, 0.0) * stretch
     angle = _half_angles(x)
     chord = np.linalg.norm(x[:, -1] - x[:, 0], axis=1) / 2

@@ -23,7 +23,7 @@ from lobefem.typing import Array, Comm, Expr, Form
 import basix
 import ufl
 from dolfinx import fem
-from dolfinx.mesh import exterior_facet_indices, meshtags
+from dolfinx.mesh import compute_midpoints, exterior_facet_indices, meshtags
 
 __all__ = ["CableForms", "CableTerm"]
 
@@ -121,13 +121,15 @@ class CableForms:
         self._V = fem.functionspace(mesh, ("DG", 0, (size,)))
         EA, built_in, rest, bears = (fem.Function(self._V) for _ in range(4))
         for k, (cable, _) in enumerate(laid):
-            EA.x.array[self._at(k)] = cable.reduced_stiffness
-            rest.x.array[self._at(k)] = cable.reduced_strain
+            shares = cable.shares(self._middles(edges[self._places[k]]))
+            _require_lengths(mesh.comm, shares)
+            EA.x.array[self._at(k)] = cable.reduced_stiffness(shares)
+            rest.x.array[self._at(k)] = cable.reduced_strain(shares)
             bears.x.array[self._at(k)] = not cable.tension_only
             if prestressed:
                 built_in.x.array[self._at(k)] = _tension(cable, surface) / cable.EA
         used = [EA, built_in]
-        used.append(rest if any(cable.foreshortening for cable in cables) else None)
+        used.append(rest if any(cable.shortened for cable in cables) else None)
         used.append(bears if any(cable.tension_only for cable in cables) else None)
         terms = []
         for kind, layer in sorted(set(zip(kinds, self._layers, strict=True))):
@@ -151,6 +153,12 @@ class CableForms:
         found = np.array([values[self._at(k)].sum() for k in range(len(self._layers))])
         return np.asarray(self.mesh.comm.allreduce(found))
 
+    def _middles(self, facets: Facets) -> Array:
+        """Points amid edges at rest (n, 3) [m]."""
+        if not len(facets):
+            return np.zeros((0, 3))
+        return np.asarray(compute_midpoints(self.mesh, 1, np.ascontiguousarray(facets, dtype=np.int32)))
+
     def _at(self, group: int) -> Any:
         """Places in a vector of the numbers that cells keep for a group's edges."""
         cells, which = self._places[group]
@@ -166,6 +174,15 @@ class CableForms:
         return sum(
             ufl.conditional(ufl.gt(ufl.dot(normal, ufl.as_vector(own)), 0.9), 1.0, 0.0) * numbers[first + k]
             for k, own in enumerate(self._normals.tolist())
+        )
+
+
+def _require_lengths(comm: Comm, shares: Array) -> None:
+    """Refuse foreshortenings that a function gives and that are none. Collective."""
+    if comm.allreduce(int((~(np.abs(shares) < 0.5)).sum())):  # NaN is none either
+        raise InputError(
+            "a cable's foreshortening is a function whose values are not all between -0.5 and 0.5; give "
+            "shares of its length, as 0.02 for 2 %"
         )
 
 

@@ -146,7 +146,7 @@ class Design(Tables):
         if comm is None or comm.rank == 0:
             tables, _, fault = read_toml(Path(path), "design file", "meshes/ for examples")
             if tables is not None:
-                tables, fault = pumpkin_design.with_gore_table(tables, Path(path))
+                tables, fault = pumpkin_design.with_tables(tables, Path(path))
         if comm is not None:
             tables, fault = comm.bcast((tables, fault), root=0)
         if tables is None:

@@ -26,6 +26,7 @@ from lobefem.io.design_values import (
     positive,
     pressure_row,
     quantity,
+    shortening,
     text,
     word,
 )
@@ -438,7 +439,7 @@ class Tendons(Section):
     """[tendons]: the cables between a pumpkin's gores; foreshortening is a share of their drawn length."""
 
     EA: Annotated[float, positive(FORCE)] = 1e5
-    foreshortening: Annotated[float, quantity(NUMBER, "in (-0.5, 0.5)", lambda v: -0.5 < v < 0.5)] = 0.0
+    foreshortening: Annotated[float | tuple[tuple[float, float], ...], shortening] = 0.0
     mass_per_length: Annotated[float, quantity(LINE_DENSITY, "0 or more", lambda v: v >= 0)] = 0.0
 
 

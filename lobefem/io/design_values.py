@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from lobefem.typing import Unchecked
-from lobefem.units import ANGLE, FORCE, LENGTH, MASS, PRESSURE, Quantity, shown
+from lobefem.units import ANGLE, FORCE, LENGTH, MASS, NUMBER, PRESSURE, Quantity, shown
 
 __all__ = [
     "angle",
@@ -28,6 +28,7 @@ __all__ = [
     "positive",
     "pressure_row",
     "quantity",
+    "shortening",
     "text",
     "word",
 ]
@@ -225,3 +226,31 @@ number_row = BeforeValidator(_number_row, json_schema_input_type=list[float | st
 def fill(section: Any, key: str, value: Unchecked) -> None:
     """Set a default that depends on other keys; it does not count as given."""
     object.__setattr__(section, key, value)  # sections are frozen for all others
+
+
+def _shortening(value: Unchecked) -> float | tuple[tuple[float, float], ...]:
+    """Read a tendon's foreshortening: one share, or rows of a station and a share."""
+    if isinstance(value, str) and value.lower().endswith(".csv"):
+        raise ValueError(f"{shown(value)} is read with design files; give rows, as [[0, 0], [1, 0.02]]")
+    if not isinstance(value, (list, tuple)):
+        rows: list[Any] = [(0.0, value)]
+    else:
+        rows = list(value)
+    if not all(isinstance(row, (list, tuple)) and len(row) == 2 for row in rows) or not rows:
+        raise ValueError(
+            f"{shown(value)} is no table; give rows of a station and a share, as [[0, 0], [1, 0.02]]"
+        )
+    found = tuple((NUMBER.read(s), NUMBER.read(share)) for s, share in rows)
+    for _, share in found:
+        if not -0.5 < share < 0.5:
+            raise ValueError(f"{share:g} must be in (-0.5, 0.5); {NUMBER.advice}")
+    if not isinstance(value, (list, tuple)):
+        return found[0][1]
+    stations = [s for s, _ in found]
+    if len(found) < 2 or (stations[0], stations[-1]) != (0.0, 1.0) or sorted(set(stations)) != stations:
+        raise ValueError(f"{shown(stations)} are no stations; let them ascend from 0 to 1")
+    return found
+
+
+# of a pumpkin's tendons, everywhere or by station
+shortening = BeforeValidator(_shortening, json_schema_input_type=float | str | list[tuple[float, float]])

@@ -18,6 +18,7 @@ from lobefem.errors import InputError
 from lobefem.files import replace
 from lobefem.frozen import Frozen
 from lobefem.geometry.gore import Gore
+from lobefem.geometry.station_table import StationTable
 from lobefem.typing import Array
 
 __all__ = ["COLUMNS", "CuttingTable", "cutting_table", "save_gore"]
@@ -62,12 +63,12 @@ class CuttingTable(Frozen):
         return float(np.trapezoid(2 * w, x))
 
 
-def cutting_table(gore: Gore, foreshortening: float = 0.0, marks: int = 51) -> CuttingTable:
+def cutting_table(gore: Gore, foreshortening: float | StationTable = 0.0, marks: int = 51) -> CuttingTable:
     """The flat gore with marks at even steps of the tendon.
 
     Args:
         gore: its shape.
-        foreshortening: share by which the tendon at rest is shorter than its curve.
+        foreshortening: share by which the tendon at rest is shorter than its curve, or a table of it.
         marks: their number, both ends included.
 
     Raises:
@@ -78,7 +79,11 @@ def cutting_table(gore: Gore, foreshortening: float = 0.0, marks: int = 51) -> C
     outline = np.stack([gore.along(fine), gore.half_width(fine)], axis=1)
     seam = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(outline, axis=0).T))])
     at = slice(None, None, _FINE)
-    tendon = fine[at] * (1 - foreshortening)
+    shares = (
+        foreshortening.at(fine / fine[-1]) if callable(foreshortening) else np.full(len(fine), foreshortening)
+    )
+    rest = (1 - (shares[1:] + shares[:-1]) / 2) * np.diff(fine)
+    tendon = np.concatenate([[0.0], np.cumsum(rest)])[at]
     return CuttingTable(outline[at, 0], outline[at, 1], seam[at], tendon, outline)
 
 

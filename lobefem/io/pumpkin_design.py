@@ -13,10 +13,11 @@ from lobefem.errors import LobefemError
 from lobefem.io.design_tables import GRAVITY, Tables
 from lobefem.io.design_values import fill, listed
 from lobefem.typing import Comm
-from lobefem.units import LENGTH, NUMBER, shown
+from lobefem.units import LENGTH, NUMBER, Quantity, shown
 
 if TYPE_CHECKING:
     from lobefem.fem.balloon import Balloon
+    from lobefem.geometry.station_table import StationTable
     from lobefem.geometry.surface import Surface
     from lobefem.io.design_sections import Film
     from lobefem.model.film import Film as FilmLaw
@@ -25,11 +26,12 @@ if TYPE_CHECKING:
 __all__ = [
     "balloon",
     "complete",
+    "foreshortening",
     "layers",
     "orthotropic",
     "refuse",
     "surface",
-    "with_gore_table",
+    "with_tables",
 ]
 
 _LAWS = ("isotropic", "orthotropic", "tension-field")
@@ -106,44 +108,57 @@ def _fill_in(design: Tables, section: str, **defaults: Any) -> None:
     fill(design, section, own)
 
 
-# --- the gore's table -------------------------------------------------------------------------------
-def with_gore_table(tables: dict[str, Any], path: Path) -> tuple[dict[str, Any] | None, str]:
-    """A design's tables with the numbers of the file that `shape.pattern` names, beside the design file.
+# --- tables in files ---------------------------------------------------------------------------------
+def with_tables(tables: dict[str, Any], path: Path) -> tuple[dict[str, Any] | None, str]:
+    """A design's tables with the numbers of files beside it.
+
+    Those are the files that `shape.pattern` and `tendons.foreshortening` name.
 
     Returns:
-        the tables and "", or None and what is wrong with the file, in one sentence.
+        the tables and "", or None and what is wrong with a file, in one sentence.
     """
-    shape = tables.get("shape")
-    if not isinstance(shape, dict) or not isinstance(shape.get("pattern"), str):
-        return tables, ""
-    if shape.get("lobe") != "table":
-        return None, f"{path}: shape.pattern needs lobe = 'table'; give it, or leave pattern out"
-    file = path.parent / shape["pattern"]
+    shape, tendons = tables.get("shape"), tables.get("tendons")
+    if isinstance(shape, dict) and isinstance(shape.get("pattern"), str):
+        if shape.get("lobe") != "table":
+            return None, f"{path}: shape.pattern needs lobe = 'table'; give it, or leave pattern out"
+        advice = "write a station from 0 to 1 and a half-width in metres a line, as 0.5, 0.6528"
+        rows, fault = _read(path, "shape.pattern", shape["pattern"], LENGTH, advice)
+        if fault:
+            return None, fault
+        table = {"stations": [row[0] for row in rows], "half_widths": [row[1] for row in rows]}
+        rest = {key: value for key, value in shape.items() if key != "pattern"}
+        tables = tables | {"shape": rest | table}
+    given = tendons.get("foreshortening") if isinstance(tendons, dict) else None
+    if isinstance(given, str) and given.lower().endswith(".csv"):
+        advice = "write a station from 0 to 1 and a share of the tendon's length a line, as 0.5, 0.01"
+        rows, fault = _read(path, "tendons.foreshortening", given, NUMBER, advice)
+        if fault:
+            return None, fault
+        shares = [[station, share] for station, share in rows]
+        tables = tables | {"tendons": dict(tendons or {}) | {"foreshortening": shares}}
+    return tables, ""
+
+
+def _read(
+    path: Path, key: str, name: str, kind: Quantity, advice: str
+) -> tuple[list[tuple[float, float]], str]:
+    """The rows of a file beside a design, and what is wrong with it, in one sentence."""
+    file = path.parent / name
     try:
         with file.open("rb") as stream:
             content = stream.read(_MOST_BYTES + 1)
         lines = content.decode("utf-8-sig").splitlines()
     except OSError as error:
-        return (
-            None,
-            f"{path}: shape.pattern = {shown(shape['pattern'])} cannot be read ({error.strerror})",
-        )
+        return [], f"{path}: {key} = {shown(name)} cannot be read ({error.strerror})"
     except UnicodeDecodeError:
         lines, content = [], b""
-    rows, fault = _rows(lines) if 0 < len(content) <= _MOST_BYTES else ([], "is no table of text")
+    rows, fault = _rows(lines, kind) if 0 < len(content) <= _MOST_BYTES else ([], "is no table of text")
     if not fault and len(rows) < 2:
         fault = "has less than two rows"
-    if fault:
-        return (
-            None,
-            f"{file} {fault}; write a station from 0 to 1 and a half-width in metres a line, as 0.5, 0.6528",
-        )
-    table = {"stations": [row[0] for row in rows], "half_widths": [row[1] for row in rows]}
-    rest = {key: value for key, value in shape.items() if key != "pattern"}
-    return tables | {"shape": rest | table}, ""
+    return rows, f"{file} {fault}; {advice}" if fault else ""
 
 
-def _rows(lines: list[str]) -> tuple[list[tuple[float, float]], str]:
+def _rows(lines: list[str], kind: Quantity) -> tuple[list[tuple[float, float]], str]:
     """Pairs of numbers, without comments and a heading; and what is wrong."""
     rows: list[tuple[float, float]] = []
     for number, line in enumerate(lines, 1):
@@ -151,8 +166,8 @@ def _rows(lines: list[str]) -> tuple[list[tuple[float, float]], str]:
         if parts == [""]:
             continue
         try:
-            station, width = parts
-            rows.append((NUMBER.read(station), LENGTH.read(width)))
+            station, value = parts
+            rows.append((NUMBER.read(station), kind.read(value)))
         except ValueError:
             if rows or any(character.isdigit() for character in line):
                 return [], f"has no pair of numbers in line {number}"
@@ -193,7 +208,7 @@ def balloon(design: Tables, surface: Surface, film: FilmLaw, touching: Sequence[
     components: list[Any] = [
         *touching,
         GasPressure(cast("Convention", gas.load), gradient=gas.gradient, level=gas.level),
-        Tendons(EA=tendons.EA, foreshortening=tendons.foreshortening),
+        Tendons(EA=tendons.EA, foreshortening=foreshortening(design)),
         EndPlates(support=cast("Support", plates.support), bar=False, lift=plates.lift),
     ]
     layer = GRAVITY * (design.film.density or 0.0) * design.film.thickness
@@ -204,6 +219,17 @@ def balloon(design: Tables, surface: Surface, film: FilmLaw, touching: Sequence[
         components.append(PlateLoad(force=(0.0, 0.0, -GRAVITY * fittings.mass[1])))
     pattern = surface.recipe.pattern(surface) if design.shape.reference == "flat" else None
     return Balloon(surface, film, components, pattern=pattern, layers=layers(design, surface))
+
+
+def foreshortening(design: Tables) -> float | StationTable:
+    """The tendons' foreshortening: a share of their length, or a table along them."""
+    from lobefem.geometry.station_table import StationTable
+
+    given = design.tendons.foreshortening
+    if not isinstance(given, tuple):
+        return float(given)
+    stations, shares = zip(*given, strict=True)
+    return StationTable(design.curve, stations, shares)
 
 
 def layers(design: Tables, surface: Surface) -> Any:
@@ -235,7 +261,8 @@ def masses(design: Tables, balloon: Balloon) -> float:
         balloon.forms.area_of_film if balloon.layers is None else balloon.layers * balloon.forms.area_of_film
     )
     film = balloon.surface.copies * balloon.integrate(area * balloon.dx)
-    rope = gores * design.curve.arc_length * (1 - tendons.foreshortening)
+    given = foreshortening(design)
+    rope = gores * design.curve.arc_length * (1 - (given.mean if callable(given) else given))
     return (
         (design.film.density or 0.0) * design.film.thickness * film
         + tendons.mass_per_length * rope

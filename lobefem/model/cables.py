@@ -6,12 +6,15 @@ EA/2 e^2 per reference length with e the Green-Lagrange strain of the edge.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
+
+import numpy as np
 
 from lobefem import checks
 from lobefem.errors import InputError
+from lobefem.typing import Array
 
 __all__ = ["Cables", "Hoops", "Tendons"]
 
@@ -41,7 +44,8 @@ class Cables:
         on: names of edge groups; a name that ends with * stands for all groups that begin so.
         tension_per_pressure: tension [N] built into the cable per Pa of prestress, None for the
             lobe's own seam tension (R0^2 cos(phi) for isotensoids).
-        foreshortening: share by which the cable at rest is shorter than its edge as drawn.
+        foreshortening: share by which the cable at rest is shorter than its edge as drawn; or a function of
+            points (n, 3) [m] amid the edges at rest that gives it for each of them (n,).
         tension_only: True for a cable that goes slack without resistance.
 
     Raises:
@@ -51,14 +55,17 @@ class Cables:
     EA: float = 2.15e9
     on: tuple[str, ...] = ("seam_*",)
     tension_per_pressure: float | None = None
-    foreshortening: float = 0.0
+    foreshortening: float | Callable[[Array], Any] = 0.0
     tension_only: bool = False
 
     def __post_init__(self) -> None:
         checks.positive("cable EA", self.EA, "N")
         if self.tension_per_pressure is not None:
             checks.finite("a cable's tension_per_pressure", self.tension_per_pressure, "N/Pa")
-        if not -0.5 < checks.finite("a cable's foreshortening", self.foreshortening, "") < 0.5:
+        if (
+            not callable(self.foreshortening)
+            and not -0.5 < checks.finite("a cable's foreshortening", self.foreshortening, "") < 0.5
+        ):
             raise InputError(
                 f"a cable's foreshortening is {self.foreshortening}; give a share of its length, as 0.02 for "
                 "2 %"
@@ -88,14 +95,24 @@ class Cables:
         return tuple(chosen)
 
     @property
-    def reduced_stiffness(self) -> float:
-        """EA/(1 - f)^3 [N], which makes the energy per drawn length that of strain from rest."""
-        return self.EA / (1 - self.foreshortening) ** 3
+    def shortened(self) -> bool:
+        """True if the cable at rest is not as long as its edge everywhere."""
+        return callable(self.foreshortening) or self.foreshortening != 0.0
 
-    @property
-    def reduced_strain(self) -> float:
+    def shares(self, points: Array) -> Array:
+        """Foreshortening of the edges about points (n, 3) [m], (n,)."""
+        given = self.foreshortening
+        found = given(points) if callable(given) else given
+        return np.array(np.broadcast_to(np.asarray(found, dtype=np.float64), len(points)))
+
+    def reduced_stiffness(self, shares: Array) -> Array:
+        """EA/(1 - f)^3 [N], which makes the energy per drawn length that of strain from rest."""
+        return np.asarray(self.EA / (1 - shares) ** 3)
+
+    @staticmethod
+    def reduced_strain(shares: Array) -> Array:
         """Strain (1 - (1 - f)^2)/2 of the drawn edge, to add to that of its displacement."""
-        return (1 - (1 - self.foreshortening) ** 2) / 2
+        return np.asarray((1 - (1 - shares) ** 2) / 2)
 
 
 class Hoops(Cables):

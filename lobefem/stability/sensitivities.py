@@ -231,7 +231,12 @@ class Adjoint:
     @property
     def _foreshortening(self) -> float:
         cables = self._balloon.cables
-        return cables[0].foreshortening if cables else 0.0
+        given = cables[0].foreshortening if cables else 0.0
+        if callable(given):
+            raise InputError(
+                "the tendons' foreshortening varies along them, and sensitivities are by one number; give one"
+            )
+        return given
 
     # --- quantities -----------------------------------------------------------------------------------
     def volume(self) -> Sensitivity:

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from builders import pumpkin
 from hypothesis import given, settings
@@ -9,7 +10,11 @@ from hypothesis import strategies as st
 
 from lobefem.equilibrium.firmer_slack import firmer
 from lobefem.equilibrium.inflation import inflate
+from lobefem.equilibrium.pumpkin_measures import measure
+from lobefem.errors import InputError
 from lobefem.geometry.gore import ConstantRadius
+from lobefem.geometry.pumpkin_curve import PumpkinCurve
+from lobefem.geometry.station_table import StationTable
 from lobefem.model.cables import Tendons
 from lobefem.model.dead_weight import DeadWeight
 from lobefem.model.film import Isotropic
@@ -100,3 +105,33 @@ def test_slack_film_is_made_firmer_in_three_steps():
     own = TensionField(slack_stiffness=1e-3)
     assert [one.film.slack_stiffness for one in firmer(pumpkin(film=own))] == [1e-2]
     assert firmer(pumpkin(film=Isotropic())) == []
+
+
+@pytest.mark.slow
+def test_a_table_of_one_share_is_that_share():
+    states = []
+    for share in (0.01, lambda x: np.full(len(x), 0.01)):
+        tendons = Tendons(EA=1e5, foreshortening=share)
+        balloon = pumpkin(gores=16, angle=45, tendons=tendons, divisions=(12, 4))
+        states.append(inflate(balloon, 100.0))
+    assert states[0].volume == pytest.approx(states[1].volume, rel=1e-10)
+    assert measure(states[0]).tendon_tension == pytest.approx(measure(states[1]).tendon_tension, rel=1e-8)
+
+
+@pytest.mark.slow
+def test_the_length_that_is_taken_counts_not_where_it_is_taken():
+    """Film of next to no stiffness along the gore leaves stiff tendons free to be as long as they are."""
+    states = []
+    for table in ((0.01, 0.01, 0.01), (0.0, 0.02, 0.0)):  # both 1 % shorter in all
+        curve = PumpkinCurve(5.0, 0.25)
+        tendons = Tendons(EA=1e6, foreshortening=StationTable(curve, (0.0, 0.5, 1.0), table))
+        states.append(inflate(pumpkin(gores=16, angle=60, tendons=tendons, divisions=(24, 4)), 100.0))
+    even, amid = states
+    assert even.volume == pytest.approx(amid.volume, rel=5e-3)
+    # nothing else than the tendons' total length is alike: the mean tension is that of the balloon's size
+    assert even.hoop_tension[0] == pytest.approx(amid.hoop_tension[0], rel=0.02)
+
+
+def test_a_function_that_gives_no_shares_is_refused():
+    with pytest.raises(InputError, match="values are not all between"):
+        pumpkin(tendons=Tendons(foreshortening=lambda x: x[:, 2]))

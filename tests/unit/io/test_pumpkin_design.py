@@ -9,6 +9,8 @@ import pytest
 
 from lobefem.errors import InputError
 from lobefem.io.design import Design
+from lobefem.io.gore_files import cutting_table
+from lobefem.io.pumpkin_design import foreshortening
 from lobefem.model.orthotropic import Orthotropic, OrthotropicTensionField
 
 MESHES = Path(__file__).parents[3] / "meshes"
@@ -153,6 +155,10 @@ def test_gore_tables_that_cannot_be_read(comm, shared_path, content, message):
         (WHOLE + "[fittings]\npayload = 1000\n[pressure]\ngradient = 5\n",
          "fittings.payload = 1000 kg weighs 9807 N, more than the lift of"),
         (WHOLE + "[tendons]\nforeshortening = 0.7\n", "tendons.foreshortening: 0.7 must be in (-0.5, 0.5)"),
+        (WHOLE + "[tendons]\nforeshortening = [[0, 0], [1, 0.7]]\n", "foreshortening: 0.7 must be in"),
+        (WHOLE + "[tendons]\nforeshortening = [[0, 0], [0.5, 0.1]]\n", "are no stations; let them ascend"),
+        (WHOLE + "[tendons]\nforeshortening = [0, 0.1]\n", "is no table; give rows of a station and a share"),
+        (WHOLE + "[tendons]\nforeshortening = 'short.csv'\n", "'short.csv' is read with design files"),
         ("[tendons]\nEA = 1\n", "[tendons] are those of a pumpkin, not of the kind 'isotensoid'"),
         ("[film]\ndensity = 920\n", "film.density = 920.0 is that of a pumpkin"),
     ],
@@ -162,3 +168,20 @@ def test_refusals_name_key_value_and_remedy(text, message):
         parse(text)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_foreshortening_is_a_table_in_the_design_or_beside_it(comm, shared_path):
+    rows = ((0.0, 0.0), (0.5, 0.02), (1.0, 0.01))
+    design = parse(WHOLE + "[tendons]\nforeshortening = [[0, 0], [0.5, 0.02], [1, 0.01]]\n")
+    assert design.tendons.foreshortening == rows
+    assert parse(design.to_toml()) == design
+    if comm.rank == 0:
+        (shared_path / "short.csv").write_text("station, share\n0, 0\n0.5, 0.02\n1, 0.01\n")
+        (shared_path / "own.toml").write_text(WHOLE + "[tendons]\nforeshortening = 'short.csv'\n")
+    comm.Barrier()
+    assert Design.load(shared_path / "own.toml", comm) == design
+    table = cutting_table(design.gore, foreshortening(design), 5)
+    # of the lower half 1 % is taken, of the upper one 1.5 %
+    half = design.curve.arc_length / 2
+    assert table.tendon[2] == pytest.approx(0.99 * half, rel=1e-9)
+    assert table.tendon[4] == pytest.approx(0.99 * half + 0.985 * half, rel=1e-9)

@@ -74,3 +74,12 @@ def test_a_gore_counts_its_first_tendon():
     assert Tendons().groups(one) == ("tendon_1",)
     assert Tendons().groups(whole) == tuple(f"tendon_{k}" for k in range(1, 9))
     assert Cables(on=("tendon_*",)).groups(one) == ("tendon_1", "tendon_2")
+
+
+def test_foreshortening_is_a_number_or_a_function_of_points():
+    points = np.array([[1.0, 0.0, 0.2], [2.0, 0.0, 0.4]])
+    assert Tendons(foreshortening=0.02).shares(points).tolist() == [0.02, 0.02]
+    rising = Tendons(foreshortening=lambda x: x[:, 2] / 10)
+    assert rising.shares(points) == pytest.approx([0.02, 0.04])
+    assert rising.shortened
+    assert not Tendons().shortened
