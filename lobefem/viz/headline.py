@@ -158,14 +158,20 @@ def _pumpkin(results: Results, marks: tuple[Mark, ...]) -> Headline | None:
         text = f"{_sentence(_moves(results))} Searched from {_number(begin)}."
         return Headline(BAD, "Unstable up to", _number(end), text, marks, 0.0)
     low, high = stable[0][0], stable[0][-1]
-    below = f" Unstable below {_number(low)}." if low > begin else ""
+    gained = low > begin
+    from_ = f"Stable from {_number(low)} up to" if gained else "Stable up to"
     if not _real(pressure):
-        ended = results.get("reason") or "that is where the search ended"
-        return Headline(GOOD, "No instability up to", _number(high), f"{_sentence(str(ended))}{below}", marks)
+        reason = str(results.get("reason") or "")
+        text = "That is where the search ended."
+        text = text if not reason or reason.startswith("no instability found") else _sentence(reason)
+        word = from_ if gained else "No instability up to"
+        below = f" Below {_number(low)} it is unstable." if gained else ""
+        return Headline(GOOD, word, _number(high), f"{text}{below}", marks)
     again = f" Stable again from {_number(stable[1][0])}." if len(stable) > 1 else ""
     text = _sentence(f"above that {_moves(results)}")
+    below = f" Below {_number(low)} it is unstable, too." if gained else ""
     tone = OPEN if _falls(results) else GOOD
-    return Headline(tone, "Stable up to", _number(pressure), f"{text}{below}{again}", marks, pressure)
+    return Headline(tone, from_, _number(pressure), f"{text}{below}{again}", marks, pressure)
 
 
 def _without_limit(results: Results, marks: tuple[Mark, ...]) -> Headline:

@@ -155,7 +155,8 @@ def part(run: Run, name: str, room: int, pictures: int) -> Part:
     trends = made("Mesh study", report_tables.trends) or []
     of_stress = report_maps.stress_maps if own is None else _gore_maps
     maps = made("Stress and wrinkles", of_stress) or []
-    portrait = made("Shape", _portrait) if own is not None else None
+    whole = isinstance(results.get("gores"), int) and not drawn  # no mode is shown beside the answer
+    portrait = made("Shape", _portrait) if whole else None
     taut = made("Stress and wrinkles", report_maps.taut_everywhere)
     convergence = made("Convergence", report_tables.convergence) or []
     answer = made("Answer", lambda run: headline(run.results))

@@ -121,5 +121,5 @@ def test_a_release_and_a_study():
 def test_a_pumpkin_may_be_stable_on_a_stretch_only():
     path = {"gores": 64, "searched_from": 10.0, "searched_to": 900.0, "stable": [[50.0, 800.0]]}
     found = headline(CRITICAL | path | {"critical_pressure": 800.0, "harmonic": 3, "kind": "global"})
-    assert (found.word, found.number) == ("Stable up to", "800 Pa")
-    assert found.text.endswith("(3 waves around). Unstable below 50 Pa.")
+    assert (found.word, found.number) == ("Stable from 50 Pa up to", "800 Pa")
+    assert found.text.endswith("(3 waves around). Below 50 Pa it is unstable, too.")
