@@ -428,6 +428,7 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
     from lobefem.app.sweep_command import parameter_chart
     from lobefem.files import replace, replacing, to_json
     from lobefem.viz.sweep_map import draw_map, sweep_map
+    from lobefem.viz.verdict import verdict
 
     found = runs.results(study, rows)
     text = to_json(found)
@@ -446,6 +447,8 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
             replace(Path(json), text)
         if not quiet:
             show_rows(list(runs.table(study, rows)))
+            for sentence in verdict(found):
+                print(sentence)
             print(f"Table, chart and the run folders of the points are in {printable(out)}")
     sys.stdout.flush()
     return 3 if found["failed"] == len(rows) else 0

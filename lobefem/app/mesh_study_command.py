@@ -26,7 +26,7 @@ from lobefem.stability.refinement import Trend, trend
 from lobefem.typing import Comm, Mass
 from lobefem.viz.verdict import percent
 
-__all__ = ["MESHES", "Request", "critical_on_meshes", "finer", "modes_on_meshes"]
+__all__ = ["MESHES", "Request", "critical_on_meshes", "finer", "fitted", "modes_on_meshes"]
 
 MESHES = 3  # of a study, the design's own the coarsest
 
@@ -113,7 +113,7 @@ def critical_on_meshes(
     def judge(h: Sequence[float], rows: Rows) -> dict[str, Any]:
         pressures = [r["critical_pressure"] for r in rows]
         found = trend(h, [math.inf if p is None else p for p in pressures], highest=2.0 * design.mesh.order)
-        return _fitted(found)
+        return fitted(found)
 
     return _study(design, request, run, row, judge, progress, folder)
 
@@ -158,7 +158,7 @@ def modes_on_meshes(
 
     def judge(h: Sequence[float], rows: Rows) -> dict[str, Any]:
         columns = zip(*(r["lowest"] for r in rows), strict=True)
-        fits = [_fitted(trend(h, column, signed=True, highest=2.0 * design.mesh.order)) for column in columns]
+        fits = [fitted(trend(h, column, signed=True, highest=2.0 * design.mesh.order)) for column in columns]
         worst = max(fits, key=_badness)
         return {**worst, "fits": fits}
 
@@ -181,7 +181,7 @@ def _badness(fit: Mapping[str, Any]) -> tuple[int, float]:
     return ("converges", "open", "falls").index(fit["mesh_behaviour"]), fit["mesh_error"] or 0.0
 
 
-def _fitted(found: Trend) -> dict[str, Any]:
+def fitted(found: Trend) -> dict[str, Any]:
     """The keys of the results that say what meshes show."""
     converges = found.behaviour == "converges"
     return {

@@ -27,6 +27,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from lobefem.app.sweep_file import Point, Study
+from lobefem.app.sweep_meshes import mesh_study
 from lobefem.errors import InputError
 from lobefem.files import replace
 from lobefem.io.result_keys import COMMANDS, COMMON
@@ -252,6 +253,10 @@ def _cell(value: Any) -> str:
 def results(study: Study, rows: Sequence[Row]) -> dict[str, Any]:
     """The study as plain data."""
     failed = sum(row.exit_code != 0 for row in rows)
+    done = [row for row in rows if row.exit_code == 0 and "critical_pressure" in row.found]
+    meshes = mesh_study(
+        study.varied, [row.values for row in done], [row.found["critical_pressure"] for row in done]
+    )
     return {
         "schema": 1,
         "command": "sweep",
@@ -265,7 +270,7 @@ def results(study: Study, rows: Sequence[Row]) -> dict[str, Any]:
             *([f"{failed} of {len(rows)} points failed; see their reasons"] if failed else []),
             *dict.fromkeys(warning for row in rows for warning in row.warnings),
         ],
-    }
+    } | meshes
 
 
 def _design_pressure(study: Study) -> float | None:

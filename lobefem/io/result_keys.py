@@ -426,6 +426,10 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         "rows[].found.*": ("", "main results of the point, in the units of its results.json"),
         "rows[].warnings": ("", "warnings of the point"),
         "failed": ("", "number of points without a result"),
+        **_ERROR,
+        **_limit("", "Pa", "critical pressure"),
+        "meshes[].divisions": ("", "cells along a lobe and around; of sweeps over nothing but the mesh"),
+        "meshes[].critical_pressure": ("Pa", "critical pressure on that mesh; null without one"),
     },
 }
 

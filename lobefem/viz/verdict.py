@@ -52,6 +52,7 @@ def verdict(results: Results) -> list[str]:
         "stability": _critical,  # of the demo
         "mesh-study": _study,
         "perturb": _perturb,
+        "sweep": _sweep,
         "sensitivities": _sensitivities,
     }.get(str(results.get("command")))
     if make is None or results.get("error"):
@@ -343,6 +344,17 @@ def _study(results: Results) -> list[str]:
     found = results.get("verdict")
     said = [str(sentence) for sentence in found] if isinstance(found, list) else []
     return [*said, _checked(results)] if results.get("mesh_behaviour") else said
+
+
+def _sweep(results: Results) -> list[str]:
+    """Sentences on a sweep over nothing but the mesh, which is a mesh study."""
+    if results.get("mesh_behaviour") is None:
+        return []
+    limit: Any = results.get("mesh_limit")
+    error: Any = results.get("mesh_error")
+    if not _is_pressure(error) or not _is_pressure(limit):
+        return [_not_converged({**results, "hoops": ""}), _checked(results)]
+    return [f"The critical pressure is {pascals(limit)} ± {percent(error)}.", _checked(results)]
 
 
 # --- single pressures ---------------------------------------------------------------------------

@@ -66,7 +66,13 @@ def _sweep():
     point = Point({"film.law": "isotropic"}, "inflate", (), "")
     study = Study("inflate", ("film.law",), (point,), "")
     row = sweep_command.Row(point.values, "points/one", 0, "", 1.0, {"volume": 1.0})
-    return sweep_command.results(study, [row])
+    meshes = [{"divisions": f"{n}x{n}"} for n in (4, 6, 9)]
+    points = tuple(Point(values, "critical", (), "") for values in meshes)
+    rows = [
+        sweep_command.Row(values, "points/one", 0, "", 1.0, {"critical_pressure": 5.0}) for values in meshes
+    ]
+    of_meshes = sweep_command.results(Study("critical", ("divisions",), points, ""), rows)
+    return of_meshes | sweep_command.results(study, [row])
 
 
 def test_the_documentation_has_the_tables():
