@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from benchmarks import cost_model, pumpkin_evolver, scaling, scaling_report
+from benchmarks import cost_model, pumpkin_evolver, pumpkins, scaling, scaling_report
 from benchmarks.compare import PROGRAMS, attempt, medians, run
 from benchmarks.problem import CASES, EXACT, MESHES, Answer, Case, film
 from benchmarks.programs import Job
@@ -151,3 +151,13 @@ def test_pumpkin_of_surface_evolver():
         ours = pumpkin_evolver.by_lobefem(*size, full)
         assert ours["volume"] == pytest.approx(other["volume"], rel=1e-5)
         assert ours["eigenvalue"] == pytest.approx(other["eigenvalue"], rel=1e-6)
+
+
+def test_one_gore_and_the_full_model_of_the_pumpkins_are_the_same_balloon():
+    one, full = (pumpkins.run(part, (4, 2)) for part in ("sector-8", "full-8"))
+    assert one["answer"] == pytest.approx(full["answer"], rel=1e-6)
+    assert one["memory"] >= one["above"] >= 0
+
+
+def test_the_extrapolation_follows_a_power_law():
+    assert pumpkins.extrapolated([8, 16, 32], [1.0, 3.0, 12.0]) == pytest.approx(12.0 * (280 / 32) ** 2)

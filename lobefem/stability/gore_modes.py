@@ -90,6 +90,7 @@ class GoreSector:
         self.inner = np.setdiff1d(np.arange(size - params), np.concatenate([self.near, self.far]))
         self.ends = np.concatenate([self.near, self.far, self.plates])
         self._rotation = pairs.rotation
+        self._basis: tuple[int, Any] = (-1, None)
         self._cuts = np.concatenate([pairs.near, pairs.far])
 
     def cut_weights(self) -> Array:
@@ -133,12 +134,14 @@ class GoreSector:
 
     def basis(self, harmonic: int) -> Any:
         """T_n: from the near cut and the plates of n to both cuts and all plates, SciPy."""
-        cut = sp.identity(len(self.near), dtype=complex)
-        film = sp.vstack([cut, self.phase(harmonic) * cut])
-        if not self.plates.size:
-            return film.tocsr()
-        plates = plate_basis(self.balloon.motion, self.balloon.axis, harmonic)
-        return sp.block_diag([film, sp.csr_matrix(plates)]).tocsr()
+        if self._basis[0] != harmonic:  # asked for several times in a row
+            cut = sp.identity(len(self.near), dtype=complex)
+            film = sp.vstack([cut, self.phase(harmonic) * cut]).tocsr()
+            if self.plates.size:
+                plates = plate_basis(self.balloon.motion, self.balloon.axis, harmonic)
+                film = sp.block_diag([film, sp.csr_matrix(plates)]).tocsr()
+            self._basis = harmonic, film
+        return self._basis[1]
 
     def unknowns(self, harmonic: int, inner: ComplexArray, ends: ComplexArray) -> ComplexArray:
         """A vector in the untied q from its inner part and that of the near cut and the plates of n."""

@@ -9,8 +9,9 @@ real part.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import get_args
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from typing import Any, get_args
 
 import numpy as np
 
@@ -221,15 +222,21 @@ def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int,
     pencil = GorePencil(sector, balloon, mass, _scale(balloon))
     free = num_turns(balloon)
     wanted = sorted(set(harmonics))
-
-    def lowest(n: int) -> list[GoreMode]:
-        return pencil.lowest(n, math.ceil(count / sector.copies(n)) + (free > 0 and n == 1))
-
-    each = on_all(comm, lambda: [one for n in share_of(wanted, comm) for one in lowest(n)])
-    found = [one for of_rank in each for one in of_rank]
+    most = {n: math.ceil(count / sector.copies(n)) + (free > 0 and n == 1) for n in wanted}
+    asked = {n: 1 + (free > 0 and n == 1) for n in wanted}
+    by_harmonic: dict[int, list[GoreMode]] = {}
+    more, last = wanted, math.inf
+    while more:  # where the highest of a harmonic is among the lowest of all, the next one may be, too
+        for part in on_all(comm, partial(_lowest, pencil, {n: asked[n] for n in share_of(more, comm)})):
+            by_harmonic |= part
+        values = sorted(
+            one.value for n, each in by_harmonic.items() for one in each for _ in range(sector.copies(n))
+        )
+        last = values[count + free - 1] if len(values) >= count + free else math.inf
+        more = [n for n in wanted if asked[n] < most[n] and by_harmonic[n][-1].value <= last]
+        asked |= {n: min(2 * asked[n], most[n]) for n in more}
+    found = [one for n in wanted for one in by_harmonic[n]]
     skew = max(comm.allgather(pencil.asymmetry))
-    values = sorted(one.value for one in found for _ in range(sector.copies(one.harmonic)))
-    last = values[min(count + free, len(values)) - 1]
     modes: list[Mode] = []
     for one in found:
         if one.value > last:
@@ -249,6 +256,11 @@ def _of_sector(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int,
     ascending = {n: sorted(one.value for one in found if one.harmonic == n) for n in wanted}
     firsts = tuple((n, values[1 if turns and n == 1 else 0]) for n, values in ascending.items())
     return Modes(state, mass, True, skew, negative, _with_rotations(own, turns, count), firsts)
+
+
+def _lowest(pencil: Any, counts: Mapping[int, int]) -> dict[int, list[Any]]:
+    """The lowest modes of some harmonics, as many of each as are asked for."""
+    return {n: pencil.lowest(n, count) for n, count in counts.items()}
 
 
 def _of_harmonics(state: Equilibrium, count: int, mass: Mass, harmonics: tuple[int, ...]) -> Modes:

@@ -32,8 +32,13 @@ def _moves(kind: Any, harmonic: Any) -> str:
     return _MOVES.get(str(kind), "the balloon buckles") + waves
 
 
-def critical(results: Mapping[str, Any]) -> list[str]:
-    """Where a pumpkin is stable, where it is no more and how it moves there; none of damaged results."""
+def critical(results: Mapping[str, Any], quoted: str = "") -> list[str]:
+    """Where a pumpkin is stable, where it is no more and how it moves there; none of damaged results.
+
+    Args:
+        results: of `critical` or `harmonics`.
+        quoted: the critical pressure with its error bar, by default that of the results.
+    """
     stable: Any = results.get("stable")
     pressure: Any = results.get("critical_pressure")
     begin: Any = results.get("searched_from")
@@ -58,11 +63,11 @@ def critical(results: Mapping[str, Any]) -> list[str]:
     moves = _moves(results.get("kind"), results.get("harmonic"))
     if results.get("point") == "limit point":
         said.append(
-            f"Stable{where} up to {pascals(pressure)}. That is a limit point: above it there is no "
+            f"Stable{where} up to {quoted or pascals(pressure)}. That is a limit point: above it there is no "
             f"equilibrium nearby, and {moves}."
         )
     else:
-        said.append(f"Stable{where} up to {pascals(pressure)}. Above that {moves}.")
+        said.append(f"Stable{where} up to {quoted or pascals(pressure)}. Above that {moves}.")
     for again, last in (stretch[:2] for stretch in stable[1:]):
         said.append(f"Stable again from {pascals(again)} to {pascals(last)}.")
     return said

@@ -131,10 +131,7 @@ def _checked(results: Results) -> str:
     judged = [results, *_entries(results)]  # of modes each pressure by itself
     law = all(entry.get("mesh_asymptotic", True) for entry in judged)
     doubt = "" if law else "; they do not follow one law of convergence yet, so the bar is a wide one"
-    limit: Any = results.get("mesh_limit")
-    # of pumpkins the first sentence has the pressure on the finest mesh
-    told = f"{pascals(limit)} " if "gores" in results and _is_pressure(limit) else ""
-    return f"Mesh: checked, {told}± {percent(error)} ({meshes}{finest}{doubt})."
+    return f"Mesh: checked, ± {percent(error)} ({meshes}{finest}{doubt})."
 
 
 def _meshes(results: Results) -> list[Mapping[str, Any]]:
@@ -183,7 +180,9 @@ def _sensitivities(results: Results) -> list[str]:
 def _critical(results: Results) -> list[str]:
     pressure: Any = results.get("critical_pressure")
     if "gores" in results:
-        found = pumpkin_verdict.critical(results)
+        found = pumpkin_verdict.critical(results, _quoted(results))
+        if found and pressure and results.get("mesh_behaviour") in ("falls", "open"):
+            found = [_not_converged(results)]
         return [*_breaks(results), *found, *_bears(results), *_on_mesh(results)] if found else []
     if pressure == 0:
         return _from_nothing(results)
@@ -199,11 +198,7 @@ def _critical(results: Results) -> list[str]:
     if results.get("mesh_behaviour") in ("falls", "open"):
         first = _not_converged(results)
         return [*_breaks(results), first, *_bears(results), *_on_mesh(results), *_assumed(results)]
-    limit: Any = results.get("mesh_limit")
-    quoted = pascals(pressure)
-    if _is_pressure(limit) and _is_pressure(results.get("mesh_error")):
-        quoted = f"{pascals(limit)} ± {percent(results['mesh_error'])}"
-    where = _looked_at(results)
+    quoted, where = _quoted(results), _looked_at(results)
     moves = motion(_kind(results), results.get("harmonic"), results.get("lobes"))
     if results.get("point") == "limit point":
         first = (
@@ -241,6 +236,15 @@ def _decides(results: Results) -> list[str]:
     to = f" up to {pascals(limit)}" if _is_pressure(limit) else ""
     answer = pascals(found) if _is_pressure(found) else f"no instability is found{to}"
     return [f"Of the other assumptions that were tried, this one changes most: {most['change']}: {answer}."]
+
+
+def _quoted(results: Results) -> str:
+    """The critical pressure to quote: the limit of a mesh study with its error bar, if there is one."""
+    pressure: Any = results.get("critical_pressure")
+    limit: Any = results.get("mesh_limit")
+    if _is_pressure(limit) and _is_pressure(results.get("mesh_error")):
+        return f"{pascals(limit)} ± {percent(results['mesh_error'])}"
+    return pascals(pressure) if _is_pressure(pressure) else ""
 
 
 def _not_converged(results: Results) -> str:
