@@ -146,6 +146,7 @@ def _original(
             design.balloon(design.surface(comm, sector=True)), value, nested=True, progress=progress
         )
         modes = find_modes(gore, 1, harmonics=range(gore.balloon.surface.copies // 2 + 1))
+        results["gores"] = design.shape.gores
         results["symmetric_eigenvalue"] = modes.lowest
         results["symmetric_harmonic"] = min(modes.modes, key=lambda mode: mode.value.real).harmonic
         state = full_state(gore, balloon)

@@ -26,7 +26,7 @@ class Ledger:
         pressure: work of the gas: p times the gain in volume, less the work p A n . dd on the plates'
             centres where the load is `film` (trapezoid over a step).
         constraint: work of temporary constraints, in a release that of their fading forces, and of dead loads
-            on a plate.
+            on a plate, weight and the pressure's gradient.
         damping: work that the damping took, the integral of c |dq/dt|_B^2 dt.
         euler: the same as implicit Euler counts it, c |dq|_B^2/h a step. It lacks what the steps
             themselves take out of the motion; no part of the balance.
@@ -85,7 +85,7 @@ class Energies(Frozen):
         contact: contact energy [J].
         areas: area vectors of the plates (2, 3) [m^2]; zero without plates.
         centres: displacements of the plates' centres (2, 3) [m].
-        dead: work of the dead loads on the plates [J].
+        dead: see `Balloon.dead_work` [J].
     """
 
     volume: float
@@ -104,24 +104,15 @@ def measure(balloon: Balloon, q: Vec) -> Energies:
         q: unknowns.
     """
     balloon.freeze_plates(q)
-    energy, size = balloon.energy(q)
+    balloon.set_unknowns(q)
     strain, volume = balloon.strain_energy(), balloon.volume()
     assert strain is not None  # `release` refuses film without an energy
     areas: Array = np.zeros((2, 3))
     centres: Array = np.zeros((2, 3))
-    dead = 0.0
     if balloon.motion is not None:
         w = balloon.map.plate_parameters(balloon.map.parameters(q))[0][:12]  # without a guide's seams
         areas, centres = balloon.motion.turned_area_vectors(w), w.reshape(2, 6)[:, :3]
-    if balloon.plate_forces is not None:
-        dead = balloon.plate_forces.dead_work(w)
-    gained = volume - balloon.reference_volume
-    if balloon.load.convention == "film":
-        gained -= float((areas * centres).sum())
-    # what else has an energy, contact: as far as it stands out of the round-off of the others
-    contact = energy - strain + balloon.gas_work(balloon.reference_volume, gained) + dead
-    noise = 1e-12 * (size + abs(float(balloon.pressure.value)) * volume)
-    return Energies(volume, strain, contact if abs(contact) > noise else 0.0, areas, centres, dead)
+    return Energies(volume, strain, balloon.assembly.barrier(), areas, centres, balloon.dead_work())
 
 
 def _work_of_gas(balloon: Balloon, old: Energies, new: Energies) -> float:

@@ -287,17 +287,23 @@ class Balloon(GasAccess, Discretization, UflAccess, OnMesh, Summarized):
         if not self.film.has_energy:
             raise InputError(f"{type(self.film).__name__} film has no energy; switch to TensionField film")
         self.set_unknowns(q)
-        elastic, volume, dead_work = self.assembly.elastic(), self.assembly.volume(), 0.0
+        elastic, volume = self.assembly.elastic(), self.assembly.volume()
         if self.plate_forces is not None:
             elastic += self.plate_forces.bar_energy(self.w)
             volume += self.plate_forces.volume(self.w)
             volume -= self.plate_forces.centre_volume(self.w)
-            dead_work = self.plate_forces.dead_work(self.w)
-        work = self.gas_work(self.reference_volume, volume) + dead_work
-        work += self.assembly.moment()
-        work += self.plate_forces.moment_work(self.w) if self.plate_forces is not None else 0.0
-        work -= self.assembly.raised()
+        work = self.gas_work(self.reference_volume, volume) + self.dead_work()
         return elastic - work + self.assembly.barrier(), abs(elastic) + abs(work)
+
+    def dead_work(self) -> float:
+        """Work of what pulls in one direction, in the present displacement [J]. Collective.
+
+        That is of dead loads on a plate, of weight and a further energy, and of the pressure's gradient.
+        """
+        work = self.assembly.moment() - self.assembly.raised()
+        if self.plate_forces is not None:
+            work += self.plate_forces.dead_work(self.w) + self.plate_forces.moment_work(self.w)
+        return work
 
     def strain_energy(self) -> float | None:
         """Strain energy of film, cables and bar [J] in the present displacement. Collective.

@@ -368,10 +368,8 @@ COMMANDS: dict[str, dict[str, Entry]] = {
         ),
         "min_eigenvalue": ("Pa/m", "lowest real part at the end, without rigid rotations; null if unknown"),
         "eigenvalues": ("Pa/m", "lowest real parts at the end; only after a release"),
-        "symmetric_eigenvalue": (
-            "Pa/m",
-            "lowest one of the pressurised balloon before, of all harmonics; only of pumpkins",
-        ),
+        "gores": ("", "number of gores; this and the next two only of pumpkins"),
+        "symmetric_eigenvalue": ("Pa/m", "lowest one of the pressurised balloon before, of all harmonics"),
         "symmetric_harmonic": ("", "its harmonic n"),
         "pressure_final": ("Pa", "gas pressure at rest; this and what follows only after a release"),
         "volume_deficit": ("", "share of the original volume that the balloon at rest lacks"),

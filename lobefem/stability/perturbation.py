@@ -215,6 +215,7 @@ class _Log:
         self.parameter = float(notes.get("parameter", 0.0))
         self._base = self.history[-1].ledger if self.history else Ledger()
         self._plates: tuple[Array, Array] | None = None
+        self._dead = _dead_work(original)
         self._seen = len(self.records)
 
     # --- ramp -----------------------------------------------------------------------------------
@@ -256,7 +257,7 @@ class _Log:
         before = last.volume if last is not None else self.original.volume
         gas = self._gas(before, increment.volume - before, plates)
         strain = (state.strain_energy or 0.0) - (self.original.strain_energy or 0.0)
-        dead = _dead_work(state) - _dead_work(self.original)
+        dead = _dead_work(state) - self._dead
         ledger = Ledger(
             strain=strain,
             contact=contact.energy if contact is not None else 0.0,
@@ -340,12 +341,9 @@ class _Log:
 
 
 def _dead_work(state: Equilibrium) -> float:
-    """Work of a dead load on the top plate, from the reference shape to a state [J]. Collective."""
-    balloon = state.balloon
-    if balloon.plate_forces is None:
-        return 0.0
-    w, _, _ = balloon.map.plate_parameters(balloon.map.parameters(state.vector()))
-    return balloon.plate_forces.dead_work(w)
+    """Work of dead loads, weight and gradient from the reference shape to a state [J]. Collective."""
+    state.restore()
+    return state.balloon.dead_work()
 
 
 def _record(data: Mapping[str, Any]) -> Record:

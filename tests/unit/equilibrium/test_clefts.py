@@ -11,6 +11,8 @@ from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.sealed_gas import seal
 from lobefem.equilibrium.state import Checkpoint
 from lobefem.errors import InputError
+from lobefem.model.dead_weight import DeadWeight
+from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.self_contact import SelfContact
 from lobefem.stability.perturbation import perturb
 
@@ -116,3 +118,25 @@ def test_what_is_no_seed_is_refused(comm, symmetric):
         Cleft(0.1, 0.0)
     with pytest.raises(InputError, match="one of a pumpkin's tendons"):
         distort(inflate(builders.stack(comm), 5.0), HarmonicSeed(2, 0.1))
+
+
+@pytest.mark.slow
+def test_weight_works_in_a_ramp_and_in_a_release(comm):
+    """What goes up and down again has cost nothing, and is no energy of contact."""
+    parts = [DeadWeight(film=1.0, cables=1.0)]
+    gas = GasPressure("closed", gradient=1.0)
+    gore, whole = (
+        builders.pumpkin(
+            comm, gas=gas, divisions=(6, 4), full=full, parts=[*parts, *([SelfContact()] * full)]
+        )
+        for full in (False, True)
+    )
+    original = full_state(inflate(gore, PRESSURE), whole)
+    found = perturb(whole, PRESSURE, HarmonicSeed(2, 0.3), let_go=True, steps=8, original=original)
+    assert found.ramp[-1].ledger.error < 0.01
+    ledger = found.released.ledger
+    assert found.released.outcome == "returned"
+    assert ledger.error < 0.01
+    assert abs(ledger.contact) < 1e-9
+    assert abs(ledger.strain) < 1e-3 * ledger.damping
+    assert ledger.constraint == pytest.approx(ledger.damping, rel=0.01)
