@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from lobefem.app import advice, pumpkin_command
+from lobefem.equilibrium.full_model import spread_state
 from lobefem.equilibrium.inflation import inflate as find_equilibrium
 from lobefem.equilibrium.state import Equilibrium, ideal_state
 from lobefem.errors import InputError, SolveError
@@ -23,6 +24,7 @@ from lobefem.version import __version__
 from lobefem.viz.verdict import FIXED_WRINKLES, KINK
 
 if TYPE_CHECKING:
+    from lobefem.fem.balloon import Balloon
     from lobefem.stability.mode_records import Mode
     from lobefem.typing import Mass
 
@@ -122,6 +124,8 @@ def inflate(
     try:
         if folder is not None:
             options |= {"on_step": lambda state: folder.keep(state, {}), "start": _kept(folder, balloon)}
+        if full and options.get("start") is None:
+            options["start"] = _all_alike(design, balloon, progress)
         state = find_equilibrium(balloon, pressures[0], nested=True, **options)
     except SolveError as error:
         outcome.error, state = error, error.state
@@ -135,6 +139,23 @@ def inflate(
     if outcome.error is not None:
         outcome.results |= failure(outcome.error)
     return outcome
+
+
+def _all_alike(design: Design, balloon: Balloon, progress: Progress | None) -> Equilibrium:
+    """One gore's equilibrium in all gores of a balloon. Collective.
+
+    Raises:
+        SolveError: none was found; its state is the last one, of all gores.
+    """
+    gore = design.balloon(design.surface(sector=True))
+    try:
+        return spread_state(
+            find_equilibrium(gore, design.pressure.value[0], nested=True, progress=progress), balloon
+        )
+    except SolveError as error:
+        if error.state is not None:
+            error.state = spread_state(error.state, balloon)
+        raise
 
 
 def _kept(folder: RunFolder, balloon: Any) -> Equilibrium | None:
