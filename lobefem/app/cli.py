@@ -456,6 +456,45 @@ def _swept(study: Any, rows: Any, out: Any, json: str | None, quiet: bool) -> in
 
 @app.command(
     epilog=_examples(
+        "lobefem optimise demos/search.toml --out run",
+        "lobefem optimise demos/search.toml --out run --resume --random 100",
+    )
+)
+def optimise(
+    context: typer.Context,
+    file: options.SearchFile,
+    out: options.SearchFolder,
+    starts: options.Starts = "3",
+    random: options.RandomDesigns = "0",
+    overwrite: options.Overwrite = False,
+    resume: options.Resume = False,
+    json: options.Json = None,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> int:
+    """Search for the best pumpkin: all designs kept, a Pareto chart, and the best one's gores."""
+    if resume and overwrite:
+        raise InputError("--resume goes on with a search and --overwrite replaces it; give one of them")
+    numbers = parsing.integer("--starts", starts, 1), parsing.integer("--random", random, 0)
+    ranks, said = context.obj, loudness(context)
+    if ranks.comm is not None:
+        raise InputError("a search is one process; start it without mpirun")
+    from lobefem.app import search_file
+    from lobefem.app.optimise_command import begin, search
+    from lobefem.app.search_results import finish, show_search
+
+    plan = search_file.load(file)
+    solved = begin(plan, out, resume=resume, overwrite=overwrite)
+    ranks.stop.note = lambda: f"; solved designs are in {out}, go on with --resume"
+    with reporting(ranks.is_root, ranks.stop, **said) as progress:
+        ended = search(plan, solved, starts=numbers[0], random=numbers[1], progress=progress)
+    found = finish(plan, solved, ended, out)
+    show_search(plan, ended, found, out, json=json, quiet=said["quiet"])
+    return 0 if found["best"] is not None else 3
+
+
+@app.command(
+    epilog=_examples(
         "lobefem gores meshes/pumpkin.toml --out run/gores",
         "lobefem gores meshes/superpressure.toml --out run/gores --marks 101",
     )

@@ -55,14 +55,18 @@ __all__ = [
     "Prestress",
     "Profile",
     "Quiet",
+    "RandomDesigns",
     "Release",
     "Report",
     "Resume",
     "RunDir",
+    "SearchFile",
+    "SearchFolder",
     "SearchPressure",
     "Settings",
     "Setup",
     "Slack",
+    "Starts",
     "State",
     "Steps",
     "Support",
@@ -391,6 +395,18 @@ Overwrite = Annotated[
 ]
 
 SweepFile = Annotated[Path, typer.Argument(metavar="SWEEP.toml", help="What to vary, see demos/lobes.toml.")]
+
+SearchFile = Annotated[
+    Path, typer.Argument(metavar="SEARCH.toml", help="What to search for, see demos/search.toml.")
+]
+
+SearchFolder = Annotated[Path, _option("--out", "DIR", "Folder for all designs and the best gores.", _OUTPUT)]
+
+Starts = Annotated[str, _option("--starts", "NUMBER", "Starts of the optimiser (default 3).", _RUN)]
+
+RandomDesigns = Annotated[
+    str, _option("--random", "NUMBER", "Random designs for comparison (default 0).", _RUN)
+]
 
 SweepFolder = Annotated[
     Path, _option("--out", "DIR", "Folder for the table and the run folders of the points.", _OUTPUT)

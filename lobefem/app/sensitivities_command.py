@@ -36,7 +36,7 @@ _NUMBERS = {
 # keys of the design whose change moves the surface: no form has their derivative
 _KEYS = {"shape.half_angle": "half angle", "shape.fitting_radius": "fitting radius"}
 
-_SMALL = 1e-4  # relative change of such a key, half of the way between two balloons
+_SMALL = 1e-6  # relative change of such a key, half of the way between two balloons
 
 _STATIONS = (0.1, 0.3, 0.5, 0.7, 0.9)  # middles of the fifths of a gore
 

@@ -175,10 +175,6 @@ class ParameterForms:
         by_u = ufl.derivative(value, self._balloon.u, self._test)
         return dolfinx_compat.form(value), dolfinx_compat.form(by_u), dolfinx_compat.form(shorter)
 
-    def picked(self) -> float:
-        """True resultants, weighted by `pick` and integrated."""
-        return total(self._mesh, dolfinx_compat.form(self._picked))
-
     @cached_property
     def _picked(self) -> Any:
         balloon = self._balloon
@@ -187,7 +183,7 @@ class ParameterForms:
         return ufl.inner(self.pick, N) * self._forms.dx
 
     def picked_by_displacement(self) -> Array:
-        """Derivative of `picked` by the nodal displacements."""
+        """Derivative of the integral of the true resultants, weighted by `pick`, by the displacements."""
         return np.asarray(fem.assemble_vector(self._picked_by_displacement).array)
 
     @cached_property
@@ -195,7 +191,7 @@ class ParameterForms:
         return dolfinx_compat.form(ufl.derivative(self._picked, self._balloon.u, self._test))
 
     def picked_by_pattern(self) -> Array | None:
-        """Derivative of `picked` by the degrees of freedom of the pattern; None without a pattern."""
+        """That by the degrees of freedom of the pattern; None without a pattern."""
         if self._balloon.pattern is None:
             return None
         return np.asarray(fem.assemble_vector(self._picked_by_pattern).array)

@@ -29,11 +29,15 @@ from lobefem.fem.parameter_forms import ParameterForms
 from lobefem.fem.rigid_motions import free_to_rotate, is_turn
 from lobefem.fem.rigid_plates import rotation
 from lobefem.frozen import Frozen
+from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.banded import as_scipy
 from lobefem.stability.gore_modes import GoreMode, GorePencil, GoreSector
 from lobefem.typing import Array, ComplexArray, Vec
 
-__all__ = ["PARAMETERS", "Adjoint", "Sensitivity", "critical_sensitivity"]
+import ufl
+from dolfinx import fem
+
+__all__ = ["PARAMETERS", "Adjoint", "Sensitivity", "critical_sensitivity", "stress_norm"]
 
 # what every sensitivity has a derivative by
 PARAMETERS = ("E", "thickness", "EA", "foreshortening", "pressure")
@@ -46,7 +50,8 @@ class Sensitivity(Frozen, Summarized):
     """A quantity of a state with its derivatives.
 
     Attributes:
-        quantity: "volume", "max_stress", "tendon_tension", "eigenvalue", "critical_pressure" or "film_area".
+        quantity: "volume", "max_stress", "stress_norm", "tendon_tension", "eigenvalue", "critical_pressure"
+            or "film_area".
         unit: of it.
         value: of the whole balloon.
         harmonic: n of an eigenvalue or a critical pressure, else None.
@@ -280,27 +285,32 @@ class Adjoint:
         Where another cell takes over, the largest stress has a corner; its derivative is that of one side.
         """
         self._restored()
-        thickness = self._balloon.film.thickness
-        cell = int(_major(true_resultants(self._balloon).x.array.reshape(-1, 3))[0].argmax())
+        cell = int(_cell_stresses(self._balloon)[0].argmax())
+        return self._stress("max_stress", lambda stresses: (stresses[cell], np.eye(len(stresses))[cell]))
 
-        def stress(balloon: Balloon) -> float:
-            balloon.set_unknowns(self._q)
-            means = true_resultants(balloon).x.array.reshape(-1, 3)[cell : cell + 1]
-            return float(_major(means)[0][0] / balloon.film.thickness)
+    def stress_norm(self, power: float = 40.0) -> Sensitivity:
+        """A smooth measure of the largest stress [Pa].
 
-        means = true_resultants(self._balloon).x.array.reshape(-1, 3)[cell : cell + 1]
-        pick, forms = self._forms.pick, self._forms
-        pick.x.array[:] = 0.0
-        weights = pick.x.array.reshape(-1, 3)
-        weights[cell, 0] = 1.0
-        N_11 = forms.picked()
-        area = N_11 / means[0, 0] if means[0, 0] else 1.0
-        weights[cell] = _major(means)[1][0] / (area * thickness)
-        value = stress(self._balloon)
+        It is (sum of sigma^power)^(1/power) over the cells of half a gore, and exceeds the largest principal
+        true stress of a cell by little, the less the larger the power.
+        """
+        self._restored()
+        return self._stress("stress_norm", lambda stresses: _norm(stresses, power))
+
+    def _stress(self, quantity: str, of: Callable[[Array], tuple[float, Array]]) -> Sensitivity:
+        """The sensitivity of a function of the cells' stresses, which returns its derivative by them, too."""
+        stresses, slopes = _cell_stresses(self._balloon)
+        value, weights = of(stresses)
+        forms = self._forms
+        forms.pick.x.array[:] = (weights[:, None] * slopes / _cell_areas(self._balloon)[:, None]).ravel()
+
+        def evaluate(other: Balloon) -> float:
+            other.set_unknowns(self._q)
+            return of(_cell_stresses(other)[0])[0]
+
         gradient = self._reduced(forms.picked_by_displacement())
-        return self._finished(
-            "max_stress", "Pa", value, gradient, {"E": value}, forms.picked_by_pattern(), stress
-        )
+        pattern = forms.picked_by_pattern()
+        return self._finished(quantity, "Pa", float(value), gradient, {"E": value}, pattern, evaluate)
 
     def film_area(self) -> Sensitivity:
         """The area of all layers of unstressed film [m^2], by which its mass goes; no state changes it."""
@@ -429,6 +439,32 @@ def _major(tensors: Array) -> tuple[Array, Array]:
     safe = np.where(radius > 0, radius, 1.0)
     slope = half / (2 * safe)
     return (xx + yy) / 2 + radius, np.stack([0.5 + slope, 0.5 - slope, xy / safe], axis=1)
+
+
+def _cell_stresses(balloon: Balloon) -> tuple[Array, Array]:
+    """Largest principal true stress of each cell (cells,) [Pa]; its derivatives by the resultants [1/m]."""
+    major, slopes = _major(true_resultants(balloon).x.array.reshape(-1, 3))
+    return major / balloon.film.thickness, slopes / balloon.film.thickness
+
+
+def _cell_areas(balloon: Balloon) -> Array:
+    """Drawn area of each cell (cells,) [m^2]."""
+    W = fem.functionspace(balloon.mesh, ("DG", 0))
+    return np.asarray(fem.assemble_vector(dolfinx_compat.form(ufl.TestFunction(W) * balloon.dx)).array)
+
+
+def _norm(stresses: Array, power: float) -> tuple[float, Array]:
+    """The power norm of half of all stresses, those of the gore's one half, and its derivative by them."""
+    largest = stresses.max()
+    ratios = np.maximum(stresses / largest, 0.0)
+    total = (ratios**power).sum() / 2
+    norm = total ** (1 / power)
+    return float(largest * norm), ratios ** (power - 1) * norm ** (1 - power) / 2
+
+
+def stress_norm(balloon: Balloon, power: float = 40.0) -> float:
+    """The value of `Adjoint.stress_norm` in the present displacement of a balloon of one gore [Pa]."""
+    return _norm(_cell_stresses(balloon)[0], power)[0]
 
 
 def critical_sensitivity(

@@ -19,7 +19,7 @@ from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.orthotropic import OrthotropicTensionField
 from lobefem.stability.gore_buckling import critical_pressures
 from lobefem.stability.modes import find_modes
-from lobefem.stability.sensitivities import PARAMETERS, Adjoint, critical_sensitivity
+from lobefem.stability.sensitivities import PARAMETERS, Adjoint, critical_sensitivity, stress_norm
 
 from dolfinx import fem
 
@@ -73,12 +73,18 @@ def direction(one):
     return one.surface.recipe.widening(one.surface, lambda share: 0.1 * np.sin(np.pi * share) ** 2)
 
 
+def norm(state):
+    state.restore()
+    return stress_norm(state.balloon)
+
+
 def values(state, harmonics):
     """The quantities by other ways than an adjoint's."""
     found = {
         "volume": state.volume,
         "tendon_tension": state.hoop_tension[0],
         "max_stress": state.max_stress().value,
+        "stress_norm": norm(state),
     }
     return found | {n: find_modes(state, 1, harmonics=[n]).lowest for n in harmonics}
 
@@ -101,10 +107,10 @@ def test_derivatives_are_those_of_central_differences(film):
     areas = np.array([state.taut_area, state.wrinkled_area, state.slack_area])
     assert (areas > 0.01 * areas.sum()).all()
     adjoint = Adjoint(state)
-    sensitivities = {
-        s.quantity: s for s in (adjoint.volume(), adjoint.tendon_tension(), adjoint.max_stress())
-    }
+    found = adjoint.volume(), adjoint.tendon_tension(), adjoint.max_stress(), adjoint.stress_norm()
+    sensitivities = {s.quantity: s for s in found}
     sensitivities |= {n: adjoint.eigenvalue(n) for n in harmonics}
+    assert 1 <= adjoint.stress_norm().value / adjoint.max_stress().value < 1.1
     for key, value in values(state, harmonics).items():
         assert sensitivities[key].value == pytest.approx(value, rel=1e-9)
     for name in PARAMETERS:
@@ -143,6 +149,7 @@ def test_a_parameter_without_a_form_takes_two_balloons():
             adjoint.volume(),
             adjoint.tendon_tension(),
             adjoint.max_stress(),
+            adjoint.stress_norm(),
             adjoint.eigenvalue(1),
             adjoint.eigenvalue(4),
         )
