@@ -29,6 +29,7 @@ from lobefem.viz.report_pumpkin import pumpkin
 from lobefem.viz.report_section import Folded, Section
 from lobefem.viz.report_shapes import Scene
 from lobefem.viz.report_tables import Table
+from lobefem.viz.sweep_map import map_picture
 from lobefem.viz.verdict import verdict
 
 __all__ = ["Part", "part"]
@@ -169,7 +170,7 @@ def part(run: Run, name: str, room: int, pictures: int) -> Part:
     )
     sections = [
         Section("Numbers", f"{name}-numbers", _sentences(run), [*charts[1:], *more.charts],
-                _present(*tables, *trends, *more.tables), folded=behind),
+                _present(*tables, *trends, *more.tables), _present(made("Map", map_picture)), behind),
         Section("Stress and wrinkles", f"{name}-stress", [taut] if taut else [],
                 pictures=[*more.pictures, *maps]),
         Section("Details", f"{name}-details", tables=_present(made("Design", report_provenance.changes)),

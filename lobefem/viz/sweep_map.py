@@ -19,11 +19,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from lobefem.frozen import Frozen
+from lobefem.io.run_reader import Run
 from lobefem.typing import Array, Axes
 from lobefem.units import pascals
+from lobefem.viz.report_pictures import Picture, png
 from lobefem.viz.style import MM, STYLE
 
-__all__ = ["SweepMap", "draw_map", "sweep_map"]
+__all__ = ["SweepMap", "draw_map", "map_picture", "sweep_map"]
 
 _UNSTABLE, _STABLE, _FAILED = "#D55E00", "#E8F3EE", "0.75"
 
@@ -134,6 +136,22 @@ def draw_map(chart: SweepMap, *, width: float = 120.0) -> Figure:
         if keys:
             figure.legend(handles=keys, loc="outside lower center", ncols=2, frameon=False, fontsize=6)
     return figure
+
+
+def map_picture(run: Run) -> Picture | None:
+    """The map of a sweep for a report; None of other runs."""
+    cells = sweep_map(run.results)
+    if cells is None:
+        return None
+    x, y = (_label(name, "") for name in cells.names)
+    known = cells.pressure[np.isfinite(cells.pressure) & (cells.pressure > 0)]
+    span = f" from {pascals(known.min())} to {pascals(known.max())}" if known.size else ""
+    alt = (
+        f"Critical pressure{span} over {x} and {y}: of {cells.pressure.size} cells "
+        f"{int(np.isposinf(cells.pressure).sum())} are stable up to the end of their search, "
+        f"{int((cells.pressure == 0).sum())} are never stable, {len(cells.reasons)} failed."
+    )
+    return Picture(f"Critical pressure over {x} and {y}", alt, png(draw_map(cells)), wide=True)
 
 
 def _contours(axes: Axes, x: Array, y: Array, pressure: Any, low: float, high: float) -> None:

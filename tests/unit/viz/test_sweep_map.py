@@ -5,7 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from lobefem.viz.sweep_map import draw_map, sweep_map
+from lobefem.files import to_json
+from lobefem.io.run_reader import load_run
+from lobefem.viz.report import write_report
+from lobefem.viz.sweep_map import draw_map, map_picture, sweep_map
 
 pytestmark = pytest.mark.serial
 
@@ -87,3 +90,17 @@ def test_a_map_without_any_critical_pressure_is_drawn():
     for one in results["rows"]:
         one["found"] = {"critical_pressure": None}
     assert len(draw_map(sweep_map(results)).axes) == 1
+
+
+def test_the_report_of_a_sweep_has_its_map(tmp_path):
+    results = swept(schema=1, command="sweep", warnings=[])
+    (tmp_path / "results.json").write_text(to_json(results))
+    told = map_picture(load_run(tmp_path)).alt
+    assert told.startswith(
+        "Critical pressure from 138.9 Pa to 555.6 Pa over gores and half angle: of 9 cells 1 are"
+    )
+    assert told.endswith("1 are never stable, 1 failed.")
+    page = write_report(tmp_path).read_text()
+    assert told in page
+    (tmp_path / "results.json").write_text(to_json(results | {"varied": ["shape.gores"]}))
+    assert map_picture(load_run(tmp_path)) is None
