@@ -30,6 +30,8 @@ def show(results: dict[str, Any]) -> None:
         "sensitivities": _sensitivities_table,
     }
     first, *more = verdict(results) or [""]
+    if first.startswith("Unstable below") and more:  # of pumpkins, before up to where they are stable
+        first, more = more[0], [first, *more[1:]]
     if first:
         screen.print(first, style="bold", markup=False, highlight=False, soft_wrap=True)
     screen.print(_caption(results))

@@ -36,6 +36,8 @@ for (const element of document.querySelectorAll("[data-chart]")) {
   watch.observe(element);
   sizes.observe(element);
 }
+// on paper nothing can be clicked: what is to be checked is told
+window.addEventListener("beforeprint", () => document.querySelectorAll("details.why").forEach((one) => { one.open = true; }));
 window.addEventListener("beforeprint", () => charts.forEach((_, element) => { if (!element.dataset.drawn) redraw(element); }));
 
 // --- the view -------------------------------------------------------------------------------------
