@@ -13,7 +13,14 @@ pip="-m pip --disable-pip-version-check --quiet"
 rm -rf "$dist" build/lib build/bdist.*
 "$python" -m venv "$work/tools"
 "$work/tools/bin/python" $pip install build twine
-"$work/tools/bin/python" -m build --outdir "$dist" . >"$work/build.log" 2>&1 || { cat "$work/build.log"; exit 1; }
+# A package's page shows the README away from its files: there its links are whole ones.
+home=$(sed -n 's/^Homepage = "\(.*\)"/\1/p' pyproject.toml)
+mkdir "$work/tree"
+git ls-files -z | tar --null --files-from=- --create | tar --extract --directory "$work/tree"
+sed -i -E -e "s,^(\\[[a-z]+\\]: )([A-Za-z/._]+\\.gif)$,\\1$home/raw/main/\\2," \
+    -e "s,^(\\[[a-z]+\\]: )([A-Za-z/._]+\\.md)$,\\1$home/blob/main/\\2," "$work/tree/README.md"
+"$work/tools/bin/python" -m build --outdir "$dist" "$work/tree" >"$work/build.log" 2>&1 ||
+    { cat "$work/build.log"; exit 1; }
 "$work/tools/bin/python" -m twine check --strict "$dist"/*
 wheel=$(echo "$dist"/*.whl)
 
