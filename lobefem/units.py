@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from lobefem.typing import Unchecked
 
-from lobefem.typing import Unchecked
 
 __all__ = [
     "ANGLE",

@@ -16,9 +16,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lobefem.typing import Comm
+if TYPE_CHECKING:
+    from lobefem.typing import Comm
 
 __all__ = ["Ranks", "Stop", "stdout_to_stderr"]
 

@@ -13,7 +13,6 @@ from lobefem.app.runner import loudness
 from lobefem.app.tables import printable, show_rows
 from lobefem.errors import InputError
 from lobefem.io.materials import MATERIALS, NOTE
-from lobefem.io.shipped_designs import copy_design, needed_files, read_design, shipped_designs
 from lobefem.units import KINDS, scaled
 
 __all__ = ["export", "materials", "new", "report", "schema", "units"]
@@ -58,6 +57,8 @@ def new(
     ] = None,
 ) -> None:
     """Print a design file to start from: [bold]lobefem new stack4 > mine.toml[/bold]."""
+    from lobefem.io.shipped_designs import copy_design, needed_files, read_design, shipped_designs
+
     if listed or not name:
         if name or out is not None:
             raise InputError("--list stands alone, and --out needs the name of a design; give one of the two")

@@ -14,13 +14,13 @@ from lobefem.app.process import stdout_to_stderr
 from lobefem.app.progress_bar import reporting
 from lobefem.app.tables import printable, show, show_profile
 from lobefem.errors import InputError
-from lobefem.typing import Comm
 
 if TYPE_CHECKING:
     import typer
 
     from lobefem.app.states_command import Outcome
     from lobefem.io.design import Design
+    from lobefem.typing import Comm
 
 __all__ = ["Interrupted", "loudness", "one_line", "overridden", "run_task"]
 

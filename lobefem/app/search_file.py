@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from lobefem.errors import InputError
+from lobefem.frozen import Frozen
 from lobefem.io.design import Design
 from lobefem.io.toml import read_toml
 from lobefem.typing import Array
@@ -87,7 +88,7 @@ class _File(BaseModel):
 
 
 @dataclass(frozen=True)
-class Search:
+class Search(Frozen):
     """A search for the best design.
 
     Attributes:

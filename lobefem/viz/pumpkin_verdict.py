@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from lobefem.typing import Unchecked
 from lobefem.units import pascals
+
+if TYPE_CHECKING:
+    from lobefem.typing import Unchecked
 
 __all__ = ["critical"]
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lobefem.outcomes import RIGID, UNDECIDED, UNKNOWN
-from lobefem.typing import Unchecked
 from lobefem.units import pascals, scaled
 from lobefem.viz import pumpkin_verdict
+
+if TYPE_CHECKING:
+    from lobefem.typing import Unchecked
 
 __all__ = ["FIXED_WRINKLES", "KINK", "motion", "percent", "verdict"]
 
