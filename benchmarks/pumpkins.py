@@ -22,8 +22,6 @@ DESIGN = Path(__file__).parents[1] / "meshes" / "superpressure.toml"
 
 GORES = 280
 
-FULL = (8, 16, 32, 64)  # gores of full models, from which that of all is extrapolated
-
 BARS = {"harmonics": 25.0, "path": 300.0}  # seconds
 
 MEMORY = 450.0  # [MB]
@@ -106,6 +104,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--divisions", default="64x8", help="of one gore, for all parts")
     parser.add_argument("--full-divisions", default="16x4", help="of one gore beside the full model")
+    parser.add_argument("--gores", default="8,16,32,64", help="of the full models")
     parser.add_argument("--parts", default="state,harmonics,path,full")
     parser.add_argument("--part", help=argparse.SUPPRESS)
     parser.add_argument("--json", help="file for the results")
@@ -123,15 +122,16 @@ def main() -> None:
             print(f"{part:12} {times}  {one['memory']:6.0f} MB{bar}")
             continue
         alone, whole = [], []
-        for gores in FULL:
+        counts = [int(text) for text in given.gores.split(",")]
+        for gores in counts:
             alone.append(measured(f"sector-{gores}", given.full_divisions))
             whole.append(measured(f"full-{gores}", given.full_divisions))
             times = [each[-1]["processor"] for each in (alone, whole)]
             print(f"{gores:4} gores: one gore {times[0]:.2f} s CPU, all {times[1]:.2f} s CPU")
-        far = extrapolated(list(FULL), [one["processor"] for one in whole])
+        far = extrapolated(counts, [one["processor"] for one in whole])
         near = measured("harmonics", given.full_divisions)["processor"]
         results["full"] = {
-            "gores": FULL,
+            "gores": counts,
             "one": alone,
             "all": whole,
             "extrapolated": far,

@@ -141,7 +141,7 @@ def test_a_run_is_kept_and_gone_on_with(lobefem_json, refused, shared_path):
     assert cli.main(["report", str(run)]) == 0
     text = MPI.COMM_WORLD.bcast((run / "report.html").read_text() if MPI.COMM_WORLD.rank == 0 else "")
     assert "are damaged" not in text
-    assert "stability is lost at" in text
+    assert "Stability is lost at" in text
 
 
 @pytest.mark.parametrize(
