@@ -65,7 +65,8 @@ if TYPE_CHECKING:
     )
     from lobefem.stability.perturbation import Perturbed, Point, perturb
     from lobefem.stability.relaxation import Released, release
-    from lobefem.stability.sensitivities import Adjoint, Sensitivity, critical_sensitivity
+    from lobefem.stability.sensitivities import Adjoint, critical_sensitivity
+    from lobefem.stability.sensitivity_record import Sensitivity
     from lobefem.stability.tracing import Trace, branches, trace
     from lobefem.viz.report import write_report
 
@@ -118,7 +119,7 @@ _HOME = {
     "RunFolder": "io.run_folder",
     "SealedGas": "model.gas_pressure",
     "SelfContact": "model.self_contact",
-    "Sensitivity": "stability.sensitivities",
+    "Sensitivity": "stability.sensitivity_record",
     "Surface": "geometry.surface",
     "TabulatedWidth": "geometry.gore",
     "TendonCurve": "geometry.tendon_curve",

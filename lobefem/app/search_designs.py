@@ -20,9 +20,11 @@ from lobefem.fem.functionals import stiffness_scale
 from lobefem.files import plain, replace
 from lobefem.io.design import Design
 from lobefem.io.pumpkin_design import masses
+from lobefem.stability.cell_stresses import stress_norm
 from lobefem.stability.gore_buckling import critical_pressures
 from lobefem.stability.modes import find_modes
-from lobefem.stability.sensitivities import Adjoint, Sensitivity, critical_sensitivity, stress_norm
+from lobefem.stability.sensitivities import Adjoint, critical_sensitivity
+from lobefem.stability.sensitivity_record import Sensitivity
 from lobefem.typing import Array
 from lobefem.version import __version__
 

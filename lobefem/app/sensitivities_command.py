@@ -19,7 +19,8 @@ from lobefem.io.run_folder import RunFolder
 from lobefem.io.xdmf import Snapshot
 from lobefem.progress import Progress, plain
 from lobefem.stability.gore_buckling import critical_pressures
-from lobefem.stability.sensitivities import Adjoint, Sensitivity, critical_sensitivity
+from lobefem.stability.sensitivities import Adjoint, critical_sensitivity
+from lobefem.stability.sensitivity_record import Sensitivity
 from lobefem.typing import Array, Comm
 
 __all__ = ["sensitivities"]

@@ -8,19 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import BeforeValidator, Field
 
 from lobefem.errors import InputError
-from lobefem.io.design_sections import (
-    CleftTable,
-    Film,
-    Fittings,
-    Hoops,
-    Mesh,
-    Plates,
-    Pressure,
-    Section,
-    Shape,
-    Tendons,
-)
+from lobefem.io.design_sections import Film, Hoops, Mesh, Plates, Pressure, Section
 from lobefem.io.mesh_sections import CableTable, FixedTable, Supports, one_or_more
+from lobefem.io.pumpkin_sections import CleftTable, Fittings, Tendons
+from lobefem.io.shape_section import Shape
 
 if TYPE_CHECKING:
     from lobefem.geometry.gore import Gore, Lobes

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from lobefem.stability.refinement import Trend, trend
     from lobefem.stability.relaxation import Released, release
     from lobefem.stability.sector_modes import SectorMode
-    from lobefem.stability.sensitivities import Adjoint, Sensitivity, critical_sensitivity
+    from lobefem.stability.sensitivities import Adjoint, critical_sensitivity
+    from lobefem.stability.sensitivity_record import Sensitivity
     from lobefem.stability.tracing import Trace, branches, trace
 
 _HOME = {
@@ -59,7 +60,7 @@ _HOME = {
     "Released": "relaxation",
     "Sector": "cyclic",
     "SectorMode": "sector_modes",
-    "Sensitivity": "sensitivities",
+    "Sensitivity": "sensitivity_record",
     "Trace": "tracing",
     "Trend": "refinement",
     "branches": "tracing",

@@ -10,7 +10,7 @@ dp = -d lambda/(d lambda/dp). See docs/theory/sensitivities.md.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -18,104 +18,22 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 from lobefem import checks
-from lobefem.display import Summarized, Summary, number
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.solver_options import NewtonOptions
 from lobefem.equilibrium.state import Equilibrium
 from lobefem.errors import EigenError, InputError
 from lobefem.fem.balloon import Balloon
-from lobefem.fem.functionals import cable_tensions, displacement_of, stiffness_scale, true_resultants
+from lobefem.fem.functionals import cable_tensions, displacement_of, stiffness_scale
 from lobefem.fem.parameter_forms import ParameterForms
 from lobefem.fem.rigid_motions import free_to_rotate, is_turn
 from lobefem.fem.rigid_plates import rotation
-from lobefem.frozen import Frozen
-from lobefem.linalg import dolfinx_compat
 from lobefem.linalg.banded import as_scipy
+from lobefem.stability.cell_stresses import cell_areas, cell_stresses, power_norm
 from lobefem.stability.gore_modes import GoreMode, GorePencil, GoreSector
+from lobefem.stability.sensitivity_record import PARAMETERS, Evaluation, Sensitivity
 from lobefem.typing import Array, ComplexArray, Vec
 
-import ufl
-from dolfinx import fem
-
-__all__ = ["PARAMETERS", "Adjoint", "Sensitivity", "critical_sensitivity", "stress_norm"]
-
-# what every sensitivity has a derivative by
-PARAMETERS = ("E", "thickness", "EA", "foreshortening", "pressure")
-
-Evaluation = Callable[[Balloon], float]
-
-
-@dataclass(frozen=True, repr=False)
-class Sensitivity(Frozen, Summarized):
-    """A quantity of a state with its derivatives.
-
-    Attributes:
-        quantity: "volume", "max_stress", "stress_norm", "tendon_tension", "eigenvalue", "critical_pressure"
-            or "film_area".
-        unit: of it.
-        value: of the whole balloon.
-        harmonic: n of an eigenvalue or a critical pressure, else None.
-        by: derivatives. By "E" (of orthotropic film all moduli together), "thickness" (with the film's
-            weight), "EA" and "pressure" they are per relative change, dJ/d(ln x); by "foreshortening" per
-            unit of this share.
-        by_pattern: derivatives by the degrees of freedom of the balloon's flat pattern [unit/m]; None of
-            film that is free of stress as drawn. See `along`.
-        state: the state; of a critical pressure the critical one.
-    """
-
-    quantity: str
-    unit: str
-    value: float
-    harmonic: int | None
-    by: Mapping[str, float]
-    by_pattern: Array | None = field(repr=False)
-    state: Equilibrium = field(repr=False)
-    evaluation: Evaluation = field(repr=False)
-
-    def along(self, direction: Any) -> float:
-        """Derivative as the pattern moves in a direction, `PumpkinRecipe.widening` for example.
-
-        Args:
-            direction: a function in the pattern's space [m], or its degrees of freedom.
-
-        Raises:
-            InputError: a balloon without flat pattern, or a direction of another space.
-        """
-        if self.by_pattern is None:
-            raise InputError("this film is free of stress as drawn and has no pattern to vary; give one")
-        values = direction.x.array if hasattr(direction, "x") else np.asarray(direction)
-        if values.shape != self.by_pattern.shape:
-            raise InputError(
-                f"the direction has {values.size} numbers and the pattern {self.by_pattern.size}; give a "
-                "function in the pattern's space"
-            )
-        return float(values @ self.by_pattern)
-
-    def between(self, low: Balloon, high: Balloon) -> float:
-        """Change of the quantity from one balloon to another near by, without solving for their states.
-
-        The explicit change of residual and quantity at this state's displacement, with the adjoint: for a
-        parameter of which no form has the derivative, such as a radius. It is exact to the second order of
-        the step if this balloon is amid the two.
-
-        Args:
-            low: of one gore meshed as this balloon, with less of the parameter.
-            high: with more of it.
-
-        Raises:
-            InputError: a balloon with other unknowns.
-        """
-        size = self.state.balloon.map.size
-        for other in (low, high):
-            if other.map.size != size:
-                raise InputError(f"a balloon has {other.map.size} unknowns, not {size}; mesh all alike")
-        return self.evaluation(high) - self.evaluation(low)
-
-    def _summary(self) -> Summary:
-        of = "" if self.harmonic is None else f" of n = {self.harmonic}"
-        rows = [(name, number(value, self.unit), "") for name, value in self.by.items()]
-        title = f"{self.quantity.replace('_', ' ')}{of}: {number(self.value, self.unit)}"
-        return Summary(title, tuple(rows), ("parameter", "derivative", ""))
+__all__ = ["Adjoint", "critical_sensitivity"]
 
 
 class Adjoint:
@@ -285,7 +203,7 @@ class Adjoint:
         Where another cell takes over, the largest stress has a corner; its derivative is that of one side.
         """
         self._restored()
-        cell = int(_cell_stresses(self._balloon)[0].argmax())
+        cell = int(cell_stresses(self._balloon)[0].argmax())
         return self._stress("max_stress", lambda stresses: (stresses[cell], np.eye(len(stresses))[cell]))
 
     def stress_norm(self, power: float = 40.0) -> Sensitivity:
@@ -295,18 +213,18 @@ class Adjoint:
         true stress of a cell by little, the less the larger the power.
         """
         self._restored()
-        return self._stress("stress_norm", lambda stresses: _norm(stresses, power))
+        return self._stress("stress_norm", lambda stresses: power_norm(stresses, power))
 
     def _stress(self, quantity: str, of: Callable[[Array], tuple[float, Array]]) -> Sensitivity:
         """The sensitivity of a function of the cells' stresses, which returns its derivative by them, too."""
-        stresses, slopes = _cell_stresses(self._balloon)
+        stresses, slopes = cell_stresses(self._balloon)
         value, weights = of(stresses)
         forms = self._forms
-        forms.pick.x.array[:] = (weights[:, None] * slopes / _cell_areas(self._balloon)[:, None]).ravel()
+        forms.pick.x.array[:] = (weights[:, None] * slopes / cell_areas(self._balloon)[:, None]).ravel()
 
         def evaluate(other: Balloon) -> float:
             other.set_unknowns(self._q)
-            return of(_cell_stresses(other)[0])[0]
+            return of(cell_stresses(other)[0])[0]
 
         gradient = self._reduced(forms.picked_by_displacement())
         pattern = forms.picked_by_pattern()
@@ -429,42 +347,6 @@ class Adjoint:
                 sides.append(sum(float(m @ hessian @ m) for m in motions))
             found[len(found) - self._dw.shape[1] + j] = (sides[0] - sides[1]) / 2e-2
         return found
-
-
-def _major(tensors: Array) -> tuple[Array, Array]:
-    """Major principal values (n,) of symmetric tensors (xx, yy, xy) (n, 3), and their derivatives (n, 3)."""
-    xx, yy, xy = tensors.T
-    half = (xx - yy) / 2
-    radius = np.hypot(half, xy)
-    safe = np.where(radius > 0, radius, 1.0)
-    slope = half / (2 * safe)
-    return (xx + yy) / 2 + radius, np.stack([0.5 + slope, 0.5 - slope, xy / safe], axis=1)
-
-
-def _cell_stresses(balloon: Balloon) -> tuple[Array, Array]:
-    """Largest principal true stress of each cell (cells,) [Pa]; its derivatives by the resultants [1/m]."""
-    major, slopes = _major(true_resultants(balloon).x.array.reshape(-1, 3))
-    return major / balloon.film.thickness, slopes / balloon.film.thickness
-
-
-def _cell_areas(balloon: Balloon) -> Array:
-    """Drawn area of each cell (cells,) [m^2]."""
-    W = fem.functionspace(balloon.mesh, ("DG", 0))
-    return np.asarray(fem.assemble_vector(dolfinx_compat.form(ufl.TestFunction(W) * balloon.dx)).array)
-
-
-def _norm(stresses: Array, power: float) -> tuple[float, Array]:
-    """The power norm of half of all stresses, those of the gore's one half, and its derivative by them."""
-    largest = stresses.max()
-    ratios = np.maximum(stresses / largest, 0.0)
-    total = (ratios**power).sum() / 2
-    norm = total ** (1 / power)
-    return float(largest * norm), ratios ** (power - 1) * norm ** (1 - power) / 2
-
-
-def stress_norm(balloon: Balloon, power: float = 40.0) -> float:
-    """The value of `Adjoint.stress_norm` in the present displacement of a balloon of one gore [Pa]."""
-    return _norm(_cell_stresses(balloon)[0], power)[0]
 
 
 def critical_sensitivity(

@@ -56,7 +56,7 @@ def test_every_key_is_described_and_every_description_has_its_key(comm, shared_p
         command = results["command"]
         for key in result_keys.flat(results):
             name = result_keys.described(command, key)
-            assert name is not None, f"{key} of {command} is not described in lobefem/io/result_keys.py"
+            assert name is not None, f"{key} of {command} is not described in lobefem/io/*_keys.py"
             used.add(name if name in result_keys.COMMON else (command, name))
     known = {*result_keys.COMMON, *((c, name) for c, keys in result_keys.COMMANDS.items() for name in keys)}
     assert known == used

@@ -17,9 +17,11 @@ from lobefem.model.cables import Tendons
 from lobefem.model.dead_weight import DeadWeight
 from lobefem.model.gas_pressure import GasPressure
 from lobefem.model.orthotropic import OrthotropicTensionField
+from lobefem.stability.cell_stresses import stress_norm
 from lobefem.stability.gore_buckling import critical_pressures
 from lobefem.stability.modes import find_modes
-from lobefem.stability.sensitivities import PARAMETERS, Adjoint, critical_sensitivity, stress_norm
+from lobefem.stability.sensitivities import Adjoint, critical_sensitivity
+from lobefem.stability.sensitivity_record import PARAMETERS
 
 from dolfinx import fem
 

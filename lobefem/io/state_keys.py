@@ -1,0 +1,107 @@
+"""Keys of results.json of `inflate` and `modes`: states, and their modes."""
+
+from __future__ import annotations
+
+from lobefem.io.shared_keys import (
+    BAR,
+    ERROR,
+    GORES,
+    HOOPS,
+    LOOKED_AT,
+    MESHES,
+    Entry,
+    mesh_limit_at,
+    modes_at,
+    peaks_at,
+)
+
+__all__ = ["INFLATE", "MODES"]
+
+INFLATE: dict[str, Entry] = {
+    "pressure": ("Pa", "gas pressure; if the solve failed, that of the last converged state"),
+    "prestress": ("Pa", "pressure whose meridional stress is built in"),
+    "iterations": ("", "iterations of Newton's method in all"),
+    "residual": ("N", "norm of the unbalanced forces (in N m for moments on the plates)"),
+    "relative_residual": ("", "residual over the norm of the nodal forces of the pressure"),
+    "volume": ("m^3", "enclosed by film and plates"),
+    "reference_volume": ("m^3", "volume of the shape as drawn"),
+    "strain_energy": ("J", "strain energy of film, cables and bar; null for film without an energy"),
+    "max_displacement": (
+        "m",
+        "largest nodal displacement, without the tilt that a pinned support leaves free",
+    ),
+    "bar_force": BAR,
+    "hoop_tension": HOOPS,
+    **peaks_at("", ""),
+    "taut_area": ("m^2", "area of the undeformed film that is taut"),
+    "wrinkled_area": ("m^2", "area of the undeformed film that is wrinkled"),
+    "slack_area": ("m^2", "area of the undeformed film that is slack"),
+    "num_dofs": ("", "number of displacement components of all nodes"),
+    "steps": ("Pa", "pressures on the way at which Newton's method converged"),
+    "gores": ("", "number of gores; this and what follows of pumpkins"),
+    "diameter": ("m", "over the bulges"),
+    "tendon_diameter": ("m", "over the tendons"),
+    "height": ("m", "from fitting to fitting"),
+    "stations": ("", "places along the tendon from the bottom, over its length, of the next two"),
+    "tendon_tension": ("N", "by station"),
+    "bulge_half_angle": ("rad", "half angle of a gore's arc by station"),
+    "bulge_radius": ("m", "radius of a gore's arc by station"),
+    "meridional_resultant": ("N/m", "mean true resultant of a layer along the gore, by station"),
+    "hoop_resultant": ("N/m", "mean true resultant of a layer across the gore, by station"),
+    "meridional_strain": ("", "mean strain along the gore, by station"),
+    "hoop_strain": ("", "mean strain across the gore, by station"),
+    "mass": ("kg", "of film, tendons, fittings and payload"),
+    "lift": ("N", "pressure gradient times volume; null without a gradient"),
+}
+
+MODES: dict[str, Entry] = {
+    "gores": GORES,
+    "looked_at": LOOKED_AT,
+    "pressures[].by_harmonic[].harmonic": ("", "harmonic n, one record for each; of pumpkins"),
+    "pressures[].by_harmonic[].lowest": ("Pa/m", "its lowest eigenvalue; in N/m with nodal mass"),
+    "state": ("", "ideal or inflated"),
+    "mass": ("", "unit or nodal"),
+    **ERROR,
+    **MESHES,
+    "meshes[].lowest": ("Pa/m", "lowest eigenvalue at each pressure; in N/m with nodal mass"),
+    "pressures[].mesh_error": ("", "the same at this pressure"),
+    "pressures[].mesh_behaviour": ("", "the same at this pressure"),
+    **mesh_limit_at("pressures[].", "Pa/m", "lowest eigenvalue"),
+    "pressures[].pressure": ("Pa", "gas pressure; one record for each, in the order given"),
+    **modes_at("pressures[].modes", "lowest first"),
+    "pressures[].stable": ("", "true if all real parts are positive, without those of rigid rotations"),
+    "pressures[].verdict": (
+        "",
+        "stable, unstable, or undecided if the bounds of tension-field film lie on both sides of zero",
+    ),
+    "pressures[].symmetric": ("", "true if the tangent is symmetric"),
+    "pressures[].asymmetry": ("", "max|K - K^T| over max|K|"),
+    "pressures[].num_negative": (
+        "",
+        "negative eigenvalues in the whole spectrum, without rigid rotations; null if not symmetric",
+    ),
+    "pressures[].state_residual": (
+        "",
+        "residual of the state over the norm of the nodal forces of the pressure",
+    ),
+    "pressures[].volume": ("m^3", "enclosed by film and plates"),
+    "pressures[].hoop_tension": HOOPS,
+    "pressures[].bar_force": BAR,
+    **peaks_at("pressures[].", ""),
+    "pressures[].bounds": (
+        "Pa/m",
+        "bounds of the least growth; only for the ideal state of tension-field film",
+    ),
+    **modes_at("pressures[].mean_modes", "of the mean of both tangents, only there"),
+    **modes_at("pressures[].taut_modes", "of the taut tangent, only there"),
+    "branches[].kind": (
+        "",
+        "kind of most modes of a branch, which follows a mode from pressure to pressure",
+    ),
+    "branches[].harmonic": ("", "strongest harmonic n of most modes of the branch"),
+    "branches[].rank": ("", "0 for the lowest of its kind and harmonic, and so on"),
+    "branches[].pressures": ("Pa", "pressures at which the branch is one of the modes"),
+    "branches[].values": ("Pa/m", "real parts of the eigenvalue there; in N/m with nodal mass"),
+    "branches[].members": ("", "at each pressure, the places of its modes in the list, from 0"),
+    "branches[].mac": ("", "least MAC of its modes from one pressure to the next, 0 to 1"),
+}
