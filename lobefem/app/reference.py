@@ -1,4 +1,4 @@
-"""Commands that solve nothing: files of a run folder, design files to start from, units and materials."""
+"""Commands that judge no balloon: on run folders, design files, gores, units, materials, the installation."""
 
 from __future__ import annotations
 
@@ -8,14 +8,26 @@ from typing import Annotated
 
 import typer
 
-from lobefem.app import options
-from lobefem.app.runner import loudness
+from lobefem.app import design_options, options, output_options, parsing, run_options
+from lobefem.app.progress_bar import reporting
+from lobefem.app.runner import loudness, overridden
 from lobefem.app.tables import printable, show_rows
 from lobefem.errors import InputError
 from lobefem.io.materials import MATERIALS, NOTE
 from lobefem.units import KINDS, scaled
 
-__all__ = ["export", "materials", "new", "report", "schema", "units"]
+__all__ = [
+    "check",
+    "doctor",
+    "export",
+    "gores",
+    "materials",
+    "new",
+    "plot",
+    "report",
+    "schema",
+    "units",
+]
 
 
 def report(
@@ -34,7 +46,7 @@ def report(
 def export(
     context: typer.Context,
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="A run folder, or a folder of them.")],
-    to: options.ExportKind,
+    to: output_options.ExportKind,
 ) -> None:
     """Write the results of a run folder as tables (CSV), as a workbook (XLSX), or for ParaView (VTU)."""
     if context.obj.is_root:
@@ -83,7 +95,7 @@ def schema() -> None:
     print(design_schema(), end="")
 
 
-def units(quantity: options.Which = "") -> None:
+def units(quantity: output_options.Which = "") -> None:
     """List the units that design files and options accept.
 
     A number without a unit is in SI; the angle of an option is in degrees.
@@ -95,7 +107,7 @@ def units(quantity: options.Which = "") -> None:
     show_rows([("quantity", "without a unit", "example", "units"), *rows])
 
 
-def materials(name: options.Which = "") -> None:
+def materials(name: output_options.Which = "") -> None:
     """List the materials that a design file may name, with typical values and their sources."""
     chosen = {known: one for known, one in MATERIALS.items() if name.lower() in known}
     if not chosen:
@@ -113,3 +125,71 @@ def materials(name: options.Which = "") -> None:
     ]
     show_rows([("material", "E", "nu", "density", "strength", "source"), *rows])
     print(NOTE)
+
+
+def plot(
+    context: typer.Context,
+    folder: output_options.RunDir,
+    what: output_options.What,
+    to: output_options.PictureFile = None,
+    format: output_options.Format = None,  # noqa: A002  --format
+    pressure: output_options.AtPressure = None,
+    mode: output_options.ModeNumbers = None,
+    width: output_options.Width = "85",
+) -> None:
+    """Plot what a run folder holds, for print or screen; GIF and MP4 are animated."""
+    at = None if pressure is None else parsing.pressure("--pressure", pressure)
+    numbers, wide = parsing.integers("--mode", mode), parsing.positive("--width", width)
+    if context.obj.is_root:
+        from lobefem.viz.run_pictures import save_picture
+
+        path = save_picture(folder, what, to, format, pressure=at, modes=numbers, width=wide)
+        if not loudness(context)["quiet"]:
+            print(f"The picture is {printable(path)}")
+
+
+def gores(
+    context: typer.Context,
+    design: design_options.DesignFile,
+    out: output_options.GoreFolder,
+    marks: run_options.Marks = "51",
+    overwrite: output_options.Overwrite = False,
+    quiet: output_options.Quiet = False,
+    verbose: output_options.Verbose = False,
+) -> None:
+    """A pumpkin's gore to be cut: a table as CSV, the piece at 1:1 as SVG and DXF."""
+    number, said = parsing.integer("--marks", marks, 2), loudness(context)
+    if context.obj.is_root:
+        from lobefem.app.gores_command import gores as cut
+
+        rows, paths = cut(design, out, marks=number, overwrite=overwrite)
+        if not said["quiet"]:
+            show_rows(rows)
+            print(f"The gore is in {', '.join(printable(path) for path in paths)}")
+
+
+@options.sharing(design_options.DESIGN, {})
+def check(context: typer.Context, design: design_options.DesignFile) -> None:
+    """Print a design in full: each key, whether it is a default, and what it does to the answer."""
+    from lobefem.app.check_command import check as examine
+
+    rows, sentences = examine(overridden({**context.params, "design": design}, None))
+    if context.obj.is_root:
+        show_rows([("key", "value", "from", "note"), *rows])
+        for sentence in sentences:
+            print(sentence)
+
+
+def doctor(
+    context: typer.Context, quiet: output_options.Quiet = False, verbose: output_options.Verbose = False
+) -> int:
+    """Check this installation part by part and advise on what does not work (exit code 1)."""
+    from lobefem.app.doctor import examine
+    from lobefem.app.tables import show_findings
+
+    ranks = context.obj
+    with reporting(ranks.is_root, ranks.stop, **loudness(context)) as progress:
+        findings = examine(progress)
+    if ranks.is_root:
+        show_findings([f for f in findings if not (f.fine and loudness(context)["quiet"])])
+    return 0 if all(finding.fine for finding in findings) else 1

@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any
 
 from lobefem import profiling
-from lobefem.app import options, parsing
+from lobefem.app import design_options, output_options, parsing
 from lobefem.app.process import stdout_to_stderr
 from lobefem.app.progress_bar import reporting
 from lobefem.app.tables import printable, show, show_profile
@@ -38,9 +38,11 @@ def overridden(given: dict[str, Any], comm: Comm) -> Design:
     from lobefem.io.design import Design
 
     design = Design.load(given["design"], comm)
-    changes = {options.KEYS[name]: value for name, value in given.items() if name in options.KEYS}
+    changes = {
+        design_options.KEYS[name]: value for name, value in given.items() if name in design_options.KEYS
+    }
     changes["pressure.value"] = changes.get("pressure.value") or None  # [] where it is not given
-    hoops, names = given.get("hoops"), options.NAMES | {"hoops.EA": "--hoops"}
+    hoops, names = given.get("hoops"), design_options.NAMES | {"hoops.EA": "--hoops"}
     if hoops is not None:
         changes |= {"hoops.enabled": hoops != "none", "hoops.EA": None if hoops == "none" else hoops}
     settings = parsing.settings("--set", given.get("settings") or ())
@@ -62,7 +64,7 @@ def loudness(context: typer.Context) -> dict[str, bool]:
 
 def _study(context: typer.Context) -> dict[str, Any]:
     """The command and its own options, which with the design identify a study."""
-    no_part = {"design", "petsc", *options.KEYS, *options.DESIGN, *options.OUTPUT}
+    no_part = {"design", "petsc", *design_options.KEYS, *design_options.DESIGN, *output_options.OUTPUT}
     own = {name: value for name, value in context.params.items() if name not in no_part and value is not None}
     return {"command": context.info_name} | own
 

@@ -12,7 +12,7 @@ import pytest
 import typer
 
 import lobefem
-from lobefem.app import cli, options, process
+from lobefem.app import cli, design_options, process
 from lobefem.io.design import Design
 from lobefem.linalg import petsc
 
@@ -213,9 +213,9 @@ def test_completion_knows_commands_options_and_design_files(shared_path, monkeyp
             (shared_path / name).touch()
     comm.Barrier()
     monkeypatch.chdir(shared_path)
-    assert options.design_files("") == ["designs/one.toml", "designs/two.toml"]
-    assert options.design_files("designs/t") == ["designs/two.toml"]
-    assert options.design_files("none/") == []
+    assert design_options.design_files("") == ["designs/one.toml", "designs/two.toml"]
+    assert design_options.design_files("designs/t") == ["designs/two.toml"]
+    assert design_options.design_files("none/") == []
     monkeypatch.setenv("_LOBEFEM_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_CWORD", "2")
     monkeypatch.setenv("COMP_WORDS", "lobefem modes --cou")
