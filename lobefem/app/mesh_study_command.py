@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -251,7 +252,14 @@ def _designs(design: Design, request: Request) -> list[Design]:
     """The design on each mesh, from coarse to fine."""
     if request.meshes is not None:
         finer(design)  # an InputError where there are no divisions to be had
-        return [design.with_overrides({"mesh.divisions": list(pair)}) for pair in request.meshes]
+        given = [design.with_overrides({"mesh.divisions": list(pair)}) for pair in request.meshes]
+        for coarse, fine in pairwise(given):
+            if _size(fine) >= _size(coarse):  # said before the first mesh is computed, not after the last
+                raise InputError(
+                    f"--meshes: {_name(fine)} are no finer than {_name(coarse)}; give meshes from coarse "
+                    "to fine"
+                )
+        return given
     designs = [design]
     while len(designs) < (MESHES if request.tolerance is None else MOST):
         designs.append(finer(designs[-1]))

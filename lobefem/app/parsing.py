@@ -34,8 +34,8 @@ def pressure(name: str, text: str) -> float:
         value = PRESSURE.read(text)
     except ValueError as error:
         raise InputError(f"{name}: {error}") from None
-    if not 0 < value < float("inf"):
-        raise InputError(f"{name}: {text!r} is no positive pressure; {PRESSURE.advice}")
+    if not 1e-15 <= value <= 1e15:  # as of the positive numbers of design files
+        raise InputError(f"{name}: {text!r} is no positive pressure (1e-15 to 1e15 Pa); {PRESSURE.advice}")
     return value
 
 

@@ -66,7 +66,8 @@ def perturb(
     """
     pressures = design.pressure.value
     if len(pressures) != 1 or pressures[0] <= 0:
-        raise InputError(f"perturb takes one pressure above 0, not {pressures}; give --pressure 5, say")
+        given = " and ".join(f"{p:g} Pa" for p in pressures)
+        raise InputError(f"perturb takes one pressure above 0, not {given}; give --pressure 5, say")
     if design.film.law == "load-path":
         raise InputError(
             "film.law = 'load-path' is a way to a stress and has no energy; distort the film that takes "

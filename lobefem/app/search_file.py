@@ -17,7 +17,7 @@ from lobefem.frozen import Frozen
 from lobefem.io.design import Design
 from lobefem.io.toml import read_toml
 from lobefem.typing import Array
-from lobefem.units import FORCE, MASS, PRESSURE, STRESS, VOLUME, shown
+from lobefem.units import FORCE, MASS, PRESSURE, STRESS, VOLUME, Quantity, shown
 
 __all__ = ["LIMITS", "Search", "load"]
 
@@ -174,11 +174,15 @@ def load(path: str | Path) -> Search:
         raise InputError(f"{path}: widths need a design with shape.reference = 'flat'")
     low, high = [], []
     for key, ends in file.vary.items():
+        if key in file.choose:
+            raise InputError(f"{path}: {key} stands in [choose] and in [vary]; leave it out of one")
         if len(ends) != 2:
             raise InputError(
                 f"{path}: vary.{key} = {shown(ends)} must be the two ends between which it varies"
             )
         numbers = [_number(path, base, key, value) for value in ends]
+        if any(isinstance(number, int) for number in numbers):
+            raise InputError(f"{path}: vary.{key} = {shown(ends)} are whole numbers; list them in [choose]")
         if not numbers[0] < numbers[1]:
             raise InputError(f"{path}: vary.{key} = {shown(ends)} must ascend")
         low.append(numbers[0])
@@ -190,12 +194,14 @@ def load(path: str | Path) -> Search:
     if not low:
         raise InputError(f"{path}: nothing varies; give [vary] or [widths]")
     try:
-        limits = {name: LIMITS[name][0].read(value) for name, value in file.limits.items()}
-        search_to = PRESSURE.read(file.search_to)
+        search_to = _positive("search_to", PRESSURE, file.search_to)
+        limits = {
+            name: _positive(f"limits.{name}", LIMITS[name][0], value) for name, value in file.limits.items()
+        }
     except KeyError as error:
         raise InputError(f"{path}: limits.{error.args[0]} is unknown; use {', '.join(LIMITS)}") from None
     except ValueError as error:
-        raise InputError(f"{path}: limits or search_to: {error}") from None
+        raise InputError(f"{path}: {error}") from None
     choices = tuple(
         dict(zip(file.choose, values, strict=True)) for values in itertools.product(*file.choose.values())
     )
@@ -204,6 +210,11 @@ def load(path: str | Path) -> Search:
     gores = min(base.with_overrides(choice).shape.gores or 0 for choice in choices)
     if not file.harmonics and "critical_pressure" in (file.goal, *limits):
         raise InputError(f"{path}: harmonics = [] leaves no critical pressure; give some, as [3, 4, 5]")
+    if "mass" in (file.goal, *limits) and not (base.film.density or base.tendons.mass_per_length):
+        raise InputError(
+            f"{path}: design = {shown(file.design)} has film and tendons without mass, which then does not "
+            "vary; give it film.density, 920 kg/m^3 say"
+        )
     if not all(0 <= n <= gores // 2 for n in file.harmonics):
         raise InputError(f"{path}: harmonics = {file.harmonics} must lie from 0 to {gores // 2}")
     return Search(
@@ -221,15 +232,26 @@ def load(path: str | Path) -> Search:
     )
 
 
+def _positive(key: str, kind: Quantity, value: Any) -> float:
+    """A positive quantity of the file [SI]; ValueError in a sentence that begins with its key."""
+    try:
+        number = kind.read(value)
+    except ValueError as error:
+        raise ValueError(f"{key} = {error}") from None
+    if number <= 0:
+        raise ValueError(f"{key} = {shown(value)} must be above 0; {kind.advice}")
+    return number
+
+
 def _number(path: Path, base: Design, key: str, value: Any) -> float:
-    """A key's value as the number that it is in SI."""
+    """A key's value as the number that it is in SI, an integer where only these are possible."""
     design = base.with_overrides({key: value})
     section, _, name = key.partition(".")
     found = getattr(getattr(design, section), name)
     found = found[0] if isinstance(found, tuple) and len(set(found)) == 1 else found
     if isinstance(found, bool) or not isinstance(found, (int, float)):
         raise InputError(f"{path}: vary.{key} = {shown(value)} is no number that could vary between two ends")
-    return float(found)
+    return found
 
 
 def _first(error: ValidationError) -> str:

@@ -70,6 +70,17 @@ def sensitivities(
             f"lobefem sensitivities looks at pumpkins, and this design is of the kind {design.shape.kind!r}; "
             "give one like meshes/pumpkin.toml"
         )
+    assert design.shape.gores is not None
+    last = design.shape.gores // 2
+    if harmonic > last:
+        raise InputError(
+            f"--harmonic: {design.shape.gores} gores have the harmonics 0 to {last}, not {harmonic}; give "
+            "one of them"
+        )
+    if isinstance(design.tendons.foreshortening, tuple):
+        raise InputError(
+            "tendons.foreshortening varies along the tendons, and sensitivities are by one number; give one"
+        )
     pressures = design.pressure.value
     if len(pressures) != 1:
         raise InputError("sensitivities are those at one pressure; give one, --pressure '100 Pa' say")

@@ -74,6 +74,8 @@ def measure(state: Equilibrium) -> PumpkinMeasures:
     tension = cable.EA * np.maximum((stretch**2 - 1) / 2, 0.0) * stretch
     angle = _half_angles(x)
     chord = np.linalg.norm(x[:, -1] - x[:, 0], axis=1) / 2
+    with np.errstate(divide="ignore"):  # of flat film the radius is infinite, but not between it and a bulge
+        radius = 1 / np.interp(middle, s, np.sin(angle) / chord)
     across = _across(balloon, true_resultants(balloon), strains(balloon))
     return PumpkinMeasures(
         diameter=2 * _peak(r.max(axis=1)),
@@ -82,7 +84,7 @@ def measure(state: Equilibrium) -> PumpkinMeasures:
         stations=middle / recipe.gore.curve.arc_length,
         tendon_tension=tension,
         bulge_half_angle=np.interp(middle, s, angle),
-        bulge_radius=np.interp(middle, s, chord / np.sin(angle)),
+        bulge_radius=radius,
         resultants=across[:, :2],
         strains=across[:, 3:5],
         max_stress=state.max_stress().value,

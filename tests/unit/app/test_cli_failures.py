@@ -14,7 +14,7 @@ from mpi4py import MPI
 
 MESHES = Path(__file__).parents[3] / "meshes"
 SINGLE, STACK4 = str(MESHES / "single.toml"), str(MESHES / "stack4.toml")
-CYLINDER = str(MESHES / "cylinder.toml")
+CYLINDER, PUMPKIN = str(MESHES / "cylinder.toml"), str(MESHES / "pumpkin.toml")
 COARSE = ("--divisions", "6x10")
 
 
@@ -94,7 +94,7 @@ COARSE = ("--divisions", "6x10")
          "--harmonic looks at the ideal state; leave it out with --state inflated"),
         (("critical", SINGLE, "--limit", "5 kPa"), "--limit is for the search along inflated states"),
         (("critical", SINGLE, "--state", "inflated", "--limit", "-5"),
-         "--limit: '-5' is no positive pressure; give pascals"),
+         "--limit: '-5' is no positive pressure (1e-15 to 1e15 Pa); give pascals"),
         (("critical", SINGLE, "--limit", "5 m"), "--limit: '5 m' is not a pressure; give pascals"),
         (("critical", SINGLE, "--meshes", "6x8,8x12"), "add --mesh-study"),
         (("critical", SINGLE, "--mesh-study", "--harmonic", "2"), "leave out --harmonic, --limit"),
@@ -104,6 +104,15 @@ COARSE = ("--divisions", "6x10")
         (("modes", SINGLE, "--meshes", "6x8,8x12,12x16"), "add --mesh-study"),
         (("critical", SINGLE, "--mesh-study", "--meshes", "6x8,8"), "--meshes: '6x8,8' is impossible"),
         (("critical", SINGLE, "--mesh-study", "--meshes", "6x8"), "mesh study"),
+        (("modes", SINGLE, "--mesh-study", "--meshes", "8x12,8x12,12x16"),
+         "--meshes: 8 x 12 divisions are no finer than 8 x 12 divisions; give meshes from coarse to fine"),
+        (("critical", PUMPKIN, "--up-to", "1e-300"), "--limit: '1e-300' is no positive pressure (1e-15 to"),
+        (("perturb", SINGLE, "--bend", "5", "--pressure", "0"),
+         "perturb takes one pressure above 0, not 0 Pa; give --pressure 5, say"),
+        (("sensitivities", PUMPKIN, "--harmonic", "40"),
+         "--harmonic: 64 gores have the harmonics 0 to 32, not 40; give one of them"),
+        (("sensitivities", PUMPKIN, "--harmonic", "4", "--set", "tendons.foreshortening=[[0, 0], [1, 0.02]]"),
+         "tendons.foreshortening varies along the tendons, and sensitivities are by one number; give one"),
         (("critical", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
         (("modes", CYLINDER), "a cylinder has no ideal state, for it carries no pressure as it"),
         (("modes", CYLINDER, "--lobes", "2"),

@@ -62,10 +62,18 @@ def test_a_search_and_its_designs(tmp_path):
         ('goal = "mass"', "", "goal is missing; give it"),
         ("[set]", "[sets]", "sets is unknown; use design, goal, harmonics"),
         ("max_stress", "stress", "limits.stress is unknown; use max_stress, mass"),
-        ('"2 MPa"', '"2 m"', "limits or search_to: "),
+        ('"2 MPa"', '"2 m"', "limits.max_stress = '2 m' is not a stress; give pascals"),
+        ('"2 MPa"', "0", "limits.max_stress = 0 must be above 0; give pascals"),
+        ('"2 MPa"', '"-1 MPa"', "limits.max_stress = '-1 MPa' must be above 0"),
+        ('"1 kPa"', "0", "search_to = 0 must be above 0; give pascals"),
+        ('"1 kPa"', "nan", "search_to = nan is not a finite number"),
         ('["45 deg", "65 deg"]', '["65 deg", "45 deg"]', "must ascend"),
         ('["45 deg", "65 deg"]', '["65 deg"]', "must be the two ends between which it varies"),
         ('"shape.half_angle" = ["45 deg", "65 deg"]', '"shape.lobe" = ["flat", "table"]', "lobe"),
+        ('"shape.half_angle" = ["45 deg", "65 deg"]', '"mesh.order" = [1, 2]',
+         "vary.mesh.order = [1, 2] are whole numbers; list them in [choose]"),
+        ("shape.gores = [48, 64]", '"shape.half_angle" = ["50 deg"]',
+         "shape.half_angle stands in [choose] and in [vary]; leave it out of one"),
         ("[0.25, 0.5]", "[0.5, 0.25]", "must ascend between 0 and 1, as [0.25, 0.5, 0.75]"),
         ("[0.9, 1.1]", "[1.1, 0.9]", "must be two ascending factors from 0.5 to 2"),
         ("[48, 64]", "[]", "[choose] has a key without values"),
@@ -74,9 +82,18 @@ def test_a_search_and_its_designs(tmp_path):
         ("pumpkin.toml", "stack4.toml", "is no pumpkin; only pumpkins are searched"),
         ("[set]", '[set]\n"shape.reference" = "lobe"', "widths need a design with shape.reference = 'flat'"),
     ],
-)
+)  # fmt: skip
 def test_what_is_refused(tmp_path, old, new, message):
     with pytest.raises(InputError) as caught:
         load(tmp_path, old, new)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_film_without_mass_has_none_to_be_searched_for(tmp_path):
+    light = "\n".join(
+        line for line in PUMPKIN.read_text().splitlines() if not line.startswith(("density", "mass_per"))
+    )
+    (tmp_path / "light.toml").write_text(light)
+    with pytest.raises(InputError, match=r"film and tendons without mass.*film\.density"):
+        load(tmp_path, str(PUMPKIN), "light.toml")

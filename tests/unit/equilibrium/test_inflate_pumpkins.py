@@ -12,7 +12,7 @@ from lobefem.equilibrium.firmer_slack import firmer
 from lobefem.equilibrium.inflation import inflate
 from lobefem.equilibrium.pumpkin_measures import measure
 from lobefem.errors import InputError
-from lobefem.geometry.gore import ConstantRadius
+from lobefem.geometry.gore import ConstantRadius, FlatLobe
 from lobefem.geometry.pumpkin_curve import PumpkinCurve
 from lobefem.geometry.station_table import StationTable
 from lobefem.model.cables import Tendons
@@ -105,6 +105,22 @@ def test_slack_film_is_made_firmer_in_three_steps():
     own = TensionField(slack_stiffness=1e-3)
     assert [one.film.slack_stiffness for one in firmer(pumpkin(film=own))] == [1e-2]
     assert firmer(pumpkin(film=Isotropic())) == []
+
+
+@pytest.mark.serial
+def test_the_bulge_of_gores_that_are_drawn_flat_has_a_radius():
+    """Half of the circle's curvature beside a fitting, where the film is flat: never not a number."""
+    balloon = pumpkin(lobes=FlatLobe(), divisions=(8, 4))
+    state = inflate(balloon, 100.0)
+    grid = balloon.surface.recipe.grid
+    drawn = balloon.surface.recipe.gore.position(grid.s, grid.xi)
+    node = np.argmin(np.linalg.norm(drawn[:, None] - balloon.X[None], axis=2), axis=1)
+    x = (balloon.X + state.displacement)[node].reshape(grid.rows, grid.columns, 3)
+    a, b, c = x[:, 0], x[:, grid.columns // 2], x[:, -1]
+    sides = np.linalg.norm([b - a, c - b, c - a], axis=2).prod(axis=0)
+    circle = 2 * np.linalg.norm(np.cross(b - a, c - a), axis=1) / sides  # its curvature
+    assert circle[0] < 1e-6 * circle[1]
+    assert measure(state).bulge_radius == pytest.approx(2 / (circle[1:] + circle[:-1]), rel=1e-6)
 
 
 @pytest.mark.slow
