@@ -25,7 +25,7 @@ from lobefem.outcomes import RIGID
 from lobefem.progress import Progress, part, said
 from lobefem.stability.refinement import Trend, trend
 from lobefem.typing import Comm, Mass
-from lobefem.viz.verdict import percent
+from lobefem.viz.mesh_verdict import percent
 
 __all__ = ["MESHES", "Request", "critical_on_meshes", "finer", "fitted", "modes_on_meshes"]
 

@@ -10,7 +10,8 @@ from typing import Any
 from lobefem.outcomes import RIGID, UNDECIDED
 from lobefem.typing import Unchecked
 from lobefem.units import pascals, scaled
-from lobefem.viz.verdict import motion, percent, verdict
+from lobefem.viz.mesh_verdict import percent
+from lobefem.viz.verdict import motion, verdict
 
 __all__ = ["Headline", "Mark", "headline"]
 

@@ -11,12 +11,12 @@ from typing import Any
 from lobefem.stability.refinement import Trend, trend
 from lobefem.units import scaled
 from lobefem.viz.headline import Mark
+from lobefem.viz.mesh_verdict import percent
 from lobefem.viz.report_parameters import Point, parameter_chart, place, said
 from lobefem.viz.report_part import Part
 from lobefem.viz.report_provenance import flat
 from lobefem.viz.report_section import Section
 from lobefem.viz.report_tables import Table
-from lobefem.viz.verdict import percent
 
 __all__ = ["comparison", "with_meshes"]
 

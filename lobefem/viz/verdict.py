@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lobefem.outcomes import RIGID, UNDECIDED, UNKNOWN
 from lobefem.units import pascals, scaled
 from lobefem.viz import pumpkin_verdict
+from lobefem.viz.mesh_verdict import checked, eigenvalue_bars, not_converged, percent
+from lobefem.viz.verdict_records import Results, divisions_of, entries_of, is_number
 
-if TYPE_CHECKING:
-    from lobefem.typing import Unchecked
-
-__all__ = ["FIXED_WRINKLES", "KINK", "motion", "percent", "verdict"]
-
-Results = Mapping[str, Any]
+__all__ = ["FIXED_WRINKLES", "KINK", "motion", "verdict"]
 
 _NO_ANSWER = "the film model gives no answer in this shape; use --state inflated"
 
@@ -70,10 +67,6 @@ def _plain(sentence: object) -> str:
     return text[:1].lower() + text[1:]
 
 
-def _is_pressure(value: Unchecked) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
 def motion(kind: Any, harmonic: Any, lobes: Any) -> str:
     """The balloon's motion in a mode, as the end of a sentence."""
     who = "the stack" if isinstance(lobes, int) and lobes > 1 else "the balloon"
@@ -87,21 +80,14 @@ def motion(kind: Any, harmonic: Any, lobes: Any) -> str:
     return words.get(str(kind), f"{who} buckles{waves}")
 
 
-def _divisions(results: Results) -> tuple[int, int] | None:
-    found = results.get("divisions")
-    if isinstance(found, (list, tuple)) and len(found) == 2 and all(isinstance(n, int) for n in found):
-        return found[0], found[1]
-    return None
-
-
 def _on_mesh(results: Results) -> list[str]:
     """Sentences on the mesh dependence of a pressure or an eigenvalue: checked or not, and how far."""
     said = []
     if results.get("film") == "fixed-wrinkles":
         said.append(f"{FIXED_WRINKLES[:1].upper()}{FIXED_WRINKLES[1:]}.")
     if results.get("mesh_behaviour") is not None:
-        return [_checked(results), *said]
-    mesh = _divisions(results)
+        return [checked(results), *said]
+    mesh = divisions_of(results)
     if mesh is None:
         return ["Mesh: not checked. Repeat with a finer one.", *said]
     finer = "x".join(str(2 * math.ceil(0.75 * n)) for n in mesh)
@@ -111,47 +97,8 @@ def _on_mesh(results: Results) -> list[str]:
     return [f"Mesh: not checked ({mesh[0]} x {mesh[1]} divisions). {way}.", *said]
 
 
-def percent(share: float) -> str:
-    """A relative error as a percentage of two digits, never less than 0.01 %."""
-    return f"{max(100 * share, 0.01):.2g} %"
-
-
-def _checked(results: Results) -> str:
-    """A sentence on what several meshes show."""
-    rows = _meshes(results)
-    error: Any = results.get("mesh_error")
-    meshes = f"{len(rows)} meshes" if rows else "several meshes"
-    finest = f", the finest of {_mesh_name(rows[-1])}" if rows else ""
-    if results.get("mesh_behaviour") == "falls":
-        end = "no limit in sight, so do not use any of these numbers for design"
-        return f"Mesh: checked on {meshes}{finest}: {end}."
-    if not _is_pressure(error):
-        pressures = [row.get("critical_pressure") for row in rows if "critical_pressure" in row]
-        if rows and pressures == [None] * len(rows):
-            return f"Mesh: checked, the same on {meshes}{finest}."
-        return f"Mesh: checked on {meshes}{finest}, which do not show a limit. Give finer --meshes."
-    judged = [results, *_entries(results)]  # of modes each pressure by itself
-    law = all(entry.get("mesh_asymptotic", True) for entry in judged)
-    doubt = "" if law else "; they do not follow one law of convergence yet, so the bar is a wide one"
-    return f"Mesh: checked, ± {percent(error)} ({meshes}{finest}{doubt})."
-
-
-def _meshes(results: Results) -> list[Mapping[str, Any]]:
-    rows = results.get("meshes")
-    return [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list) else []
-
-
-def _mesh_name(row: Mapping[str, Any]) -> str:
-    mesh = _divisions(row)
-    return f"{mesh[0]} x {mesh[1]} divisions" if mesh else f"size {row.get('size')} m"
-
-
-def _listed(words: list[str]) -> str:
-    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
-
-
 def _inflate(results: Results) -> list[str]:
-    if not _is_pressure(results.get("pressure")) or not results.get("converged"):
+    if not is_number(results.get("pressure")) or not results.get("converged"):
         return []
     found = f"Equilibrium found at {pascals(results['pressure'])}."
     return [f"{found} Run lobefem modes to check its stability.", *_bears(results)]
@@ -162,7 +109,7 @@ def _sensitivities(results: Results) -> list[str]:
     rows = results.get("parameters")
     if not isinstance(rows, list) or not rows:
         return []
-    critical = _is_pressure(results.get("critical_pressure"))
+    critical = is_number(results.get("critical_pressure"))
     key, what = (
         ("critical_pressure", "critical pressure") if critical else ("eigenvalue", "lowest eigenvalue")
     )
@@ -184,11 +131,11 @@ def _critical(results: Results) -> list[str]:
     if "gores" in results:
         found = pumpkin_verdict.critical(results, _quoted(results))
         if found and pressure and results.get("mesh_behaviour") in ("falls", "open"):
-            found = [_not_converged(results)]
+            found = [not_converged(results)]
         return [*_breaks(results), *found, *_bears(results), *_on_mesh(results)] if found else []
     if pressure == 0:
         return _from_nothing(results)
-    if not _is_pressure(pressure) or pressure < 0:
+    if not is_number(pressure) or pressure < 0:
         reason = str(results.get("reason") or "")
         if not reason and "chart" in results:
             reason = f"stable at any pressure{_looked_at(results)}"
@@ -198,7 +145,7 @@ def _critical(results: Results) -> list[str]:
         first = f"{reason[:1].upper()}{reason[1:]}."
         return [*_breaks(results), first, *_bears(results), *on_mesh, *_assumed(results)]
     if results.get("mesh_behaviour") in ("falls", "open"):
-        first = _not_converged(results)
+        first = not_converged(results)
         return [*_breaks(results), first, *_bears(results), *_on_mesh(results), *_assumed(results)]
     quoted, where = _quoted(results), _looked_at(results)
     moves = motion(_kind(results), results.get("harmonic"), results.get("lobes"))
@@ -210,8 +157,8 @@ def _critical(results: Results) -> list[str]:
     else:
         first = f"Stable{where} up to {quoted}. Above that {moves}."
     bounds = results.get("bounds")
-    if isinstance(bounds, (list, tuple)) and len(bounds) == 2 and _is_pressure(bounds[0]):
-        upper = _is_pressure(bounds[1])
+    if isinstance(bounds, (list, tuple)) and len(bounds) == 2 and is_number(bounds[0]):
+        upper = is_number(bounds[1])
         end = f"unstable above {pascals(bounds[1])}" if upper else "no upper bound found"
         rest = "Between them" if upper else "Above that"
         first = f"Stable{where} below {pascals(bounds[0])}, {end}. {rest} {_NO_ANSWER}."
@@ -225,18 +172,18 @@ def _decides(results: Results) -> list[str]:
     known = [row for row in rows if isinstance(row, Mapping)] if isinstance(rows, list) else []
     known = [row for row in known if not row.get("error") and "critical_pressure" in row]
     given: Any = known[0]["critical_pressure"] if known else None
-    if not _is_pressure(given) or given <= 0 or len(known) < 2:
+    if not is_number(given) or given <= 0 or len(known) < 2:
         return []
 
     def far(row: Mapping[str, Any]) -> float:
         p: Any = row["critical_pressure"]
-        return abs(math.log(p / given)) if _is_pressure(p) and p > 0 else math.inf
+        return abs(math.log(p / given)) if is_number(p) and p > 0 else math.inf
 
     most = max(known[1:], key=far)
     found = most["critical_pressure"]
     limit: Any = results.get("limit")
-    to = f" up to {pascals(limit)}" if _is_pressure(limit) else ""
-    answer = pascals(found) if _is_pressure(found) else f"no instability is found{to}"
+    to = f" up to {pascals(limit)}" if is_number(limit) else ""
+    answer = pascals(found) if is_number(found) else f"no instability is found{to}"
     return [f"Of the other assumptions that were tried, this one changes most: {most['change']}: {answer}."]
 
 
@@ -244,29 +191,9 @@ def _quoted(results: Results) -> str:
     """The critical pressure to quote: the limit of a mesh study with its error bar, if there is one."""
     pressure: Any = results.get("critical_pressure")
     limit: Any = results.get("mesh_limit")
-    if _is_pressure(limit) and _is_pressure(results.get("mesh_error")):
+    if is_number(limit) and is_number(results.get("mesh_error")):
         return f"{pascals(limit)} ± {percent(results['mesh_error'])}"
-    return pascals(pressure) if _is_pressure(pressure) else ""
-
-
-def _not_converged(results: Results) -> str:
-    """A sentence on a critical pressure without a limit under mesh refinement, or without one yet."""
-    rows = _meshes(results)
-    found = _listed([_or_none(row.get("critical_pressure")) for row in rows])
-    on = _listed([_mesh_name(row).removesuffix(" divisions") for row in rows])
-    falls = results.get("mesh_behaviour") == "falls"
-    why = "it falls as the mesh is refined, with no limit in sight" if falls else "it has not converged"
-    seams = ""
-    if results.get("hoops") is None and isinstance(results.get("lobes"), int) and results["lobes"] > 1:
-        seams = " Only film holds the seams, in a band one cell wide: give the balloon hoops."
-    return (
-        f"There is no critical pressure to quote{'' if falls else ' yet'}: {why} ({found} on {on} "
-        f"divisions).{seams}"
-    )
-
-
-def _or_none(pressure: Any) -> str:
-    return pascals(pressure) if _is_pressure(pressure) else "none"
+    return pascals(pressure) if is_number(pressure) else ""
 
 
 def _breaks(results: Results) -> list[str]:
@@ -274,9 +201,9 @@ def _breaks(results: Results) -> list[str]:
     reached: Any = results.get("strength_pressure")
     strength: Any = results.get("strength")
     critical: Any = results.get("critical_pressure")
-    if not _is_pressure(reached) or not _is_pressure(strength):
+    if not is_number(reached) or not is_number(strength):
         return []
-    known = _is_pressure(critical)
+    known = is_number(critical)
     before = f", before the balloon turns unstable at {pascals(critical)}" if known else ""
     return [f"The film reaches its strength of {pascals(strength)} at about {pascals(reached)}{before}."]
 
@@ -286,11 +213,11 @@ def _bears(results: Results) -> list[str]:
     stress: Any = results.get("max_stress")
     strength: Any = results.get("strength")
     pressure: Any = results.get("pressure")
-    if not _is_pressure(stress) or _is_pressure(results.get("strength_pressure")):
+    if not is_number(stress) or is_number(results.get("strength_pressure")):
         return []
-    there = f"at {pascals(pressure)}" if _is_pressure(pressure) else "there"
+    there = f"at {pascals(pressure)}" if is_number(pressure) else "there"
     told = f"The film is stressed to {pascals(stress)} at most {there}"
-    if not _is_pressure(strength):
+    if not is_number(strength):
         return [f"{told}; compare that with its strength (film.strength)."]
     if stress < strength:
         return [f"{told}, {100 * stress / strength:.0f} % of its strength."]
@@ -304,7 +231,7 @@ def _from_nothing(results: Results) -> list[str]:
     if upper == 0:
         where = f" in harmonic {results.get('harmonic')}" if "chart" in results else _looked_at(results)
         return [f"Unstable at any pressure{where}."]
-    if not _is_pressure(upper):
+    if not is_number(upper):
         return [f"Whether the balloon is stable, {_NO_ANSWER}."]
     return [f"Unstable above {pascals(upper)}. Below that {_NO_ANSWER}."]
 
@@ -349,7 +276,7 @@ def _kind(results: Results) -> str:
 def _study(results: Results) -> list[str]:
     found = results.get("verdict")
     said = [str(sentence) for sentence in found] if isinstance(found, list) else []
-    return [*said, _checked(results)] if results.get("mesh_behaviour") else said
+    return [*said, checked(results)] if results.get("mesh_behaviour") else said
 
 
 def _sweep(results: Results) -> list[str]:
@@ -358,14 +285,14 @@ def _sweep(results: Results) -> list[str]:
         return []
     limit: Any = results.get("mesh_limit")
     error: Any = results.get("mesh_error")
-    if not _is_pressure(error) or not _is_pressure(limit):
-        return [_not_converged({**results, "hoops": ""}), _checked(results)]
-    return [f"The critical pressure is {pascals(limit)} ± {percent(error)}.", _checked(results)]
+    if not is_number(error) or not is_number(limit):
+        return [not_converged({**results, "hoops": ""}), checked(results)]
+    return [f"The critical pressure is {pascals(limit)} ± {percent(error)}.", checked(results)]
 
 
 # --- single pressures ---------------------------------------------------------------------------
 def _modes(results: Results) -> list[str]:
-    known = _entries(results)
+    known = entries_of(results)
     stable = ", ".join(pascals(entry["pressure"]) for entry in known if entry["stable"])
     said = [f"Stable at {stable}."] if stable else []
     for entry in known:
@@ -380,42 +307,10 @@ def _modes(results: Results) -> list[str]:
             lowest = own[0] if own and isinstance(own[0], Mapping) else {}
             moves = motion(lowest.get("kind"), lowest.get("harmonic"), results.get("lobes"))
             said.append(f"Unstable at {pascals(entry['pressure'])}: {moves}.")
-    said += _eigenvalue_bars(known, results)
+    said += eigenvalue_bars(known, results)
     if said:
         highest = max(known, key=lambda entry: entry["pressure"])
         said += [*_flutter(known), *_bears({**results, **highest}), *_on_mesh(results), *_assumed(results)]
-    return said
-
-
-def _entries(results: Results) -> list[Mapping[str, Any]]:
-    """The records of single pressures in the results of modes."""
-    entries = results.get("pressures")
-    known = [e for e in entries if isinstance(e, Mapping)] if isinstance(entries, list) else []
-    return [e for e in known if "stable" in e and _is_pressure(e.get("pressure"))]
-
-
-def _eigenvalue_bars(entries: list[Mapping[str, Any]], results: Results) -> list[str]:
-    """A sentence for each pressure on its lowest eigenvalue under mesh refinement."""
-    said, unit = [], "N/m" if results.get("mass") == "nodal" else "Pa/m"
-    rows = [row["lowest"] for row in _meshes(results) if isinstance(row.get("lowest"), list)]
-    for k, entry in enumerate(entries):
-        limit: Any = entry.get("mesh_limit")
-        error: Any = entry.get("mesh_error")
-        at = pascals(entry["pressure"])
-        values = [row[k] for row in rows if k < len(row) and _is_pressure(row[k])]
-        if not values or entry.get("mesh_behaviour") is None:
-            continue
-        path = _listed([f"{value:.4g}" for value in values])
-        if min(values) <= 0 < max(values):
-            said.append(
-                f"At {at} the answer depends on the mesh: the lowest eigenvalue is {path} {unit} from coarse "
-                "to fine."
-            )
-        elif _is_pressure(limit) and _is_pressure(error):
-            said.append(f"Lowest eigenvalue at {at}: {limit:.4g} {unit} ± {percent(error)}.")
-        else:
-            falls = " It falls, with no limit in sight." if entry["mesh_behaviour"] == "falls" else ""
-            said.append(f"Lowest eigenvalue at {at} from coarse to fine: {path} {unit}.{falls}")
     return said
 
 
@@ -426,7 +321,7 @@ def _flutter(entries: list[Mapping[str, Any]]) -> list[str]:
         known = [m for m in modes if isinstance(m, Mapping)] if isinstance(modes, list) else []
         found = [m for m in known if not _is_rigid(m)]
         pairs: list[tuple[Any, Any]] = [(m.get("real"), m.get("imag")) for m in found]
-        values = [(re, im) for re, im in pairs if _is_pressure(re) and _is_pressure(im)]
+        values = [(re, im) for re, im in pairs if is_number(re) and is_number(im)]
         scale = max((abs(re) for re, _ in values), default=0.0)
         if any(0 <= re < abs(im) and abs(im) > 1e-3 * scale for re, im in values):
             return [
@@ -447,7 +342,7 @@ def _perturb(results: Results) -> list[str]:
     distance: Any = results.get("distance")
     if results.get("outcome") == "returned":
         # below a micrometre is exact for a balloon
-        within = f", within {scaled(max(distance, 1e-6), 'm')}" if _is_pressure(distance) else ""
+        within = f", within {scaled(max(distance, 1e-6), 'm')}" if is_number(distance) else ""
         return [f"{outcome} (stable{within})."]
     reason = str(results.get("reason") or "")
     told = reason and results.get("release", True)

@@ -10,7 +10,8 @@ import pytest
 
 from lobefem.io.design import Design
 from lobefem.io.run_reader import load_run
-from lobefem.viz.verdict import percent, verdict
+from lobefem.viz.mesh_verdict import percent
+from lobefem.viz.verdict import verdict
 
 pytestmark = pytest.mark.serial
 
