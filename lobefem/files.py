@@ -24,6 +24,7 @@ __all__ = [
     "replace",
     "replacing",
     "require_everywhere",
+    "require_file",
     "require_writable",
     "reserve",
     "save_json",
@@ -58,22 +59,27 @@ def save_json(path: str | Path, results: dict[str, Any], comm: Comm) -> None:
 
 
 def check_file(path: str | Path, comm: Comm) -> None:
-    """Refuse a path at which no file can be written. Collective.
+    """Refuse a path at which no file can be written, on all ranks. Collective.
 
     Raises:
         InputError: a folder, or a place that does not exist or may not be written to.
     """
+    on_root(comm, Path(path), lambda: require_file(path))
 
-    def check() -> None:
-        if Path(path).is_dir():
-            raise InputError(f"'{path}' is a folder; give a file to write")
-        if Path(path).exists() and not Path(path).is_file():  # a device or a pipe stays where it is
-            if not os.access(path, os.W_OK):
-                raise InputError(f"'{path}' cannot be written to; give another file")
-            return
-        require_writable(Path(path).absolute().parent)
 
-    on_root(comm, Path(path), check)
+def require_file(path: str | Path) -> None:
+    """Refuse a path at which this process can write no file.
+
+    Raises:
+        InputError: a folder, or a place that does not exist or may not be written to.
+    """
+    if Path(path).is_dir():
+        raise InputError(f"'{path}' is a folder; give a file to write")
+    if Path(path).exists() and not Path(path).is_file():  # a device or a pipe stays where it is
+        if not os.access(path, os.W_OK):
+            raise InputError(f"'{path}' cannot be written to; give another file")
+        return
+    require_writable(Path(path).absolute().parent)
 
 
 @contextmanager

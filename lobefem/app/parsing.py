@@ -157,7 +157,8 @@ def _cleft(design: Design) -> Any:
     table, gores = design.cleft, design.shape.gores
     if gores is None:
         raise InputError(
-            f"--cleft is one of a pumpkin's gores, and this is a {design.shape.kind}; try --wave"
+            f"--cleft is one of a pumpkin's gores, and this design is of the kind {design.shape.kind!r}; try "
+            "--wave"
         )
     if table.gores > gores // 2:
         raise InputError(f"cleft.gores = {table.gores} are more than half of the {gores} gores; give fewer")

@@ -170,6 +170,12 @@ def load(path: str | Path) -> Search:
         raise InputError(f"{path}: design = {shown(file.design)} is no pumpkin; only pumpkins are searched")
     if len(base.pressure.value) != 1:
         raise InputError(f"{path}: design = {shown(file.design)} has several pressures; give it one")
+    if base.pressure.gas != "given":
+        raise InputError(
+            f"{path}: a search takes a given pressure, and pressure.gas is 'isothermal'; leave it out"
+        )
+    if min(base.pressure.value) <= 0:
+        raise InputError(f"{path}: pressure.value = 0 leaves the film without stress; give one above 0")
     if file.widths is not None and base.shape.reference != "flat":
         raise InputError(f"{path}: widths need a design with shape.reference = 'flat'")
     low, high = [], []

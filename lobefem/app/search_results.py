@@ -60,6 +60,9 @@ def finish(plan: Search, solved: Solved, ended: Sequence[Ended], folder: Path) -
         for choice in range(len(plan.choices))
     }
     first = best_of(plan, records)
+    none = "no design that was solved keeps the limits"
+    if all(record.fault for record in records):
+        none = f"no design could be solved: {records[0].fault if records else ended[0].message}"
     replace(folder / "designs.csv", as_csv(plan, records))
     with replacing(folder / "pareto.png") as stream:
         pareto_chart(plan, records, first).savefig(stream, format="png")
@@ -89,7 +92,7 @@ def finish(plan: Search, solved: Solved, ended: Sequence[Ended], folder: Path) -
             }
             for one in ended
         ],
-        "warnings": [] if first is not None else ["no design that was solved keeps the limits"],
+        "warnings": [] if first is not None else [none],
     }
     replace(folder / "results.json", to_json(results))
     return results

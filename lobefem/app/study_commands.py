@@ -36,7 +36,7 @@ def sweep(
     """Run one command for many designs, pressures or films, with a table and a chart."""
     from lobefem.app import sweep_command as runs
     from lobefem.app.sweep_file import load
-    from lobefem.files import on_root
+    from lobefem.files import on_root, require_file
 
     if resume and overwrite:
         raise InputError("--resume goes on with a sweep and --overwrite replaces it; give one of them")
@@ -50,6 +50,8 @@ def sweep(
 
     def prepare() -> Any:
         study = load(file, known)
+        if json and json != "-":
+            require_file(json)
         runs.begin(study, out, resume=resume, overwrite=overwrite)
         return study
 
@@ -125,8 +127,11 @@ def optimise(
     from lobefem.app import search_file
     from lobefem.app.optimise_command import begin, search
     from lobefem.app.search_results import finish, show_search
+    from lobefem.files import require_file
 
     plan = search_file.load(file)
+    if json and json != "-":
+        require_file(json)
     solved = begin(plan, out, resume=resume, overwrite=overwrite)
     ranks.stop.note = lambda: f"; solved designs are in {out}, go on with --resume"
     with reporting(ranks.is_root, ranks.stop, **said) as progress:

@@ -81,6 +81,7 @@ def distort(
     Collective.
     """
     checks.having("start", start, "balloon", "a state, from inflate")
+    checks.having("options", options, "petsc_options", "NewtonOptions(...)")
     require_distortion(distortion)
     checks.integer("steps", steps, 1)
     checks.positive("first", first, "")

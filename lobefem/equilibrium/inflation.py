@@ -91,6 +91,7 @@ def inflate(
     Collective.
     """
     checks.having("balloon", balloon, "reference_area", "a Balloon")
+    checks.having("options", options, "petsc_options", "NewtonOptions(...)")
     require_pressure(balloon.film, pressure)
     if start is not None:
         checks.having("start", start, "vector", "a state, such as inflate found")

@@ -44,12 +44,15 @@ def nodal_forces(given: Specification, balloon: Any) -> Array | None:
     for part in given.parts.own:
         if not hasattr(part, "forces"):
             continue
-        forces = np.asarray(part.forces(balloon), dtype=float)
+        given_forces = np.asarray(part.forces(balloon))
+        real = given_forces.dtype.kind in "iuf"  # neither words nor complex numbers
+        forces = given_forces.astype(float) if real else np.full(given_forces.shape, np.nan)
         wrong = forces.shape != balloon.X.shape or not np.isfinite(forces).all()
         if balloon.comm.allreduce(int(wrong)):
             raise InputError(
-                f"{type(part).__name__}.forces returns an array of shape {forces.shape}; return finite "
-                f"forces at the nodes of balloon.X, of its shape {balloon.X.shape}"
+                f"{type(part).__name__}.forces returns an array of shape {forces.shape} of "
+                f"{given_forces.dtype}; return finite forces at the nodes of balloon.X, of its shape "
+                f"{balloon.X.shape}"
             )
         total = forces.ravel() if total is None else total + forces.ravel()
     return total

@@ -35,4 +35,6 @@ class CleftTable(Section):
 
     gores: Annotated[int, integer(2)] = 4
     depth: Annotated[float | None, positive(LENGTH)] = None
-    turn: Annotated[float, quantity(ANGLE)] = math.pi / 2
+    turn: Annotated[float, quantity(ANGLE, "from -360 to 360 degrees", lambda v: abs(v) <= 2 * math.pi)] = (
+        math.pi / 2
+    )

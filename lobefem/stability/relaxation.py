@@ -128,6 +128,7 @@ def release(
     Collective.
     """
     checks.having("start", start, "balloon", "a state, from inflate or distort")
+    checks.having("options", options, "damping", "FlowOptions(...)")
     balloon = start.balloon
     _check(start)
     if options.fade is not None and history:

@@ -112,3 +112,16 @@ def test_a_design_that_cannot_be_is_a_fault(file, tmp_path):
     record = solved(0, np.array([0.8, 0.0, 0.5]))
     assert "less than the half chord" in record.fault
     assert not feasible(plan, record)
+
+
+@pytest.mark.parametrize("command", ["optimise", "sweep"])
+def test_a_file_for_json_that_cannot_be_is_refused_before_anything_is_solved(capfd, tmp_path, file, command):
+    if command == "sweep":
+        file.write_text(f'command = "inflate"\ndesign = "{PUMPKIN}"\n[vary]\nshape.gores = [8, 9]\n')
+    out = tmp_path / "out"
+    code = cli.main([command, str(file), "--out", str(out), "--json", str(tmp_path / "none" / "x.json")])
+    assert code == 2
+    assert (
+        capfd.readouterr().err == f"lobefem: '{tmp_path / 'none'}' cannot be written to; give another place\n"
+    )
+    assert not out.exists()

@@ -63,6 +63,8 @@ def test_a_search_and_its_designs(tmp_path):
         ("[set]", "[sets]", "sets is unknown; use design, goal, harmonics"),
         ("max_stress", "stress", "limits.stress is unknown; use max_stress, mass"),
         ('"2 MPa"', '"2 m"', "limits.max_stress = '2 m' is not a stress; give pascals"),
+        ("[set]", '[set]\n"pressure.gas" = "isothermal"', "a search takes a given pressure, and"),
+        ("[set]", '[set]\n"pressure.value" = 0', "pressure.value = 0 leaves the film without stress"),
         ('"2 MPa"', "0", "limits.max_stress = 0 must be above 0; give pascals"),
         ('"2 MPa"', '"-1 MPa"', "limits.max_stress = '-1 MPa' must be above 0"),
         ('"1 kPa"', "0", "search_to = 0 must be above 0; give pascals"),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lobefem.equilibrium.inflation import inflate
-from lobefem.equilibrium.solver_options import NewtonOptions
+from lobefem.equilibrium.solver_options import FlowOptions, NewtonOptions
 from lobefem.equilibrium.state import ideal_state
 from lobefem.errors import ConvergenceError, InputError
 from lobefem.fem import rigid_motions
@@ -216,6 +216,12 @@ def test_bad_pressures(comm, bad):
     for verb in (inflate, ideal_state):
         with pytest.raises(InputError, match=r"^pressure is .*; give a .*number \[Pa\]$"):
             verb(balloon, bad)
+
+
+@pytest.mark.parametrize("wrong", [{"rtol": 1e-6}, FlowOptions(), None])
+def test_options_of_another_kind(comm, wrong):
+    with pytest.raises(InputError, match=r"^options is .*; give NewtonOptions\(\.\.\.\)$"):
+        inflate(stack(comm), 5.0, options=wrong)
 
 
 def test_prestress_needs_a_prestressed_balloon(comm):

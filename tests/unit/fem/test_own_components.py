@@ -103,10 +103,25 @@ class Number:
         return 1.0
 
 
+class Words:
+    def forces(self, balloon):
+        return "none"
+
+
+class Complex:
+    def forces(self, balloon):
+        return 1j * balloon.X
+
+
 @pytest.mark.parametrize(
     ("part", "words"),
     [
-        (Flat(), r"Flat.forces returns an array of shape \(3,\); return finite forces at the nodes"),
+        (Words(), r"Words.forces returns an array of shape \(\) of <U4; return finite forces at the nodes"),
+        (Complex(), r"Complex.forces returns an array of shape .* of complex128; return finite forces"),
+        (
+            Flat(),
+            r"Flat.forces returns an array of shape \(3,\) of float64; return finite forces at the nodes",
+        ),
         (Number(), r"Number.potential returns float; return an energy in UFL"),
         (object(), r"is no part of a balloon; .* or a part of your own with a method potential or forces"),
         (Bed, r"Bed is a class and no part of a balloon; make one of it, Bed\(\)"),

@@ -24,6 +24,7 @@ def parse(text):
         ("[film]\nthicknes = 1", "'film.thicknes' is no key of [film]; use law, E, nu, thickness, "
          "slack_stiffness, prestress, hoop_slack, setup, tangent, E1, E2, nu12, G12, density, caps, strength "
          "or material (did you mean thickness?)"),
+        ("[cleft]\nturn = '9000 deg'", "cleft.turn: '9000 deg' must be from -360 to 360 degrees; give"),
         ("film = 3", "film: 3 is not a table; write [film] and its keys below"),
         ("[film]\nthickness = '5 kPa'",
          "film.thickness: '5 kPa' is not a length; give metres, e.g. 5e-5 or \"0.05 mm\""),
