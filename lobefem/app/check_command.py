@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from lobefem.app import advice
 from lobefem.io.design import Design
@@ -14,7 +15,7 @@ Rows = list[tuple[str, str, str, str]]
 
 
 def check(design: Design) -> tuple[Rows, list[str]]:
-    """A row for each key (key, value, "given" or "default", what to know of it), and sentences on the whole.
+    """A row for each key (key, value, where from, what to know of it), and sentences on the whole.
 
     Args:
         design: what a command would compute.
@@ -29,14 +30,31 @@ def check(design: Design) -> tuple[Rows, list[str]]:
             continue
         table = getattr(design, section)
         fields = getattr(table, "model_fields_set", ())
-        origin = "given" if section in design.model_fields_set and (name in fields or not name) else "default"
+        stated = section in design.model_fields_set and (name in fields or not name)
+        origin = "given" if stated else _source(table, name)
         rows.append((key, setting(key, value), origin, notes.pop(key, "")))
     rows += [(key, "none", "default", note) for key, note in notes.items()]
     order = list(tables)
     rows.sort(key=lambda row: order.index(row[0].partition(".")[0]))
     given = sum(row[2] == "given" for row in rows)
-    said = [f"{given} settings are given, {len(rows) - given} have their defaults.", _size(design)]
+    default = sum(row[2] == "default" for row in rows)
+    follow = len(rows) - given - default
+    rest = f", {follow} follow{'s' if follow == 1 else ''} from them" if follow else ""
+    said = [f"{given} settings are given{rest}, {default} have their defaults.", _size(design)]
     return rows, [*said, *(f"{text[:1].upper()}{text[1:]}." for text in advice.of_design(design))]
+
+
+def _source(table: Any, name: str) -> str:
+    """Where the value of a key comes from that was not given: its default, a material, or E and area."""
+    if (
+        name in ("E", "nu", "strength")
+        and getattr(table, "material", None)
+        and getattr(table, name) is not None
+    ):
+        return "material"
+    if name == "EA" and getattr(table, "area", None) is not None:
+        return "E, area"
+    return "default"
 
 
 def _notes(design: Design) -> Iterator[tuple[str, str]]:

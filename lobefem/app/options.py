@@ -18,12 +18,18 @@ Group = dict[str, tuple[Any, Any]]  # by parameter: its annotation and its defau
 
 def option(name: str, metavar: str, help: str, panel: str = "Override the design") -> Any:  # noqa: A002
     """An option with a value, in a panel of the help."""
-    return typer.Option(name, metavar=metavar, help=help, show_default=False, rich_help_panel=panel)
+    text = _plain(help)
+    return typer.Option(name, metavar=metavar, help=text, show_default=False, rich_help_panel=panel)
 
 
 def flag(name: str, help: str, panel: str) -> Any:  # noqa: A002
     """An option without a value, in a panel of the help."""
-    return typer.Option(name, help=help, rich_help_panel=panel)
+    return typer.Option(name, help=_plain(help), rich_help_panel=panel)
+
+
+def _plain(help: str) -> str:  # noqa: A002
+    """A help text whose brackets Rich does not take for markup and leave out."""
+    return help.replace("[", "\\[")
 
 
 def sharing(first: Group, last: Group) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

@@ -272,7 +272,7 @@ def _searched(
         if state is not None:
             outcome.later.append(partial(gore.snapshot, state))
         return outcome
-    results |= _found(found) | {"limit": end}
+    results |= _found(found, end) | {"limit": end}
     state = found.state or find_equilibrium(gore.balloon, found.searched_to)
     peaks = borne(state)
     results |= {"hoop_tension": state.hoop_tension, "bar_force": state.bar_force} | peaks
@@ -285,8 +285,8 @@ def _searched(
     return outcome
 
 
-def _found(found: GorePressures) -> dict[str, Any]:
-    """What results say of a search."""
+def _found(found: GorePressures, up_to: float) -> dict[str, Any]:
+    """What results say of a search that was to go up to a pressure."""
     mode = found.mode
     data: dict[str, Any] = {
         "critical_pressure": found.pressure,
@@ -307,10 +307,12 @@ def _found(found: GorePressures) -> dict[str, Any]:
     }
     if found.pressure == 0.0:
         begin, end = pascals(found.visited[0]), pascals(found.searched_to)
-        data["reason"] = f"unstable at all pressures from {begin} to {end}"
+        early = "ever less stable, so the search ended there" if found.searched_to < up_to else ""
+        why = found.ended or early
+        data["reason"] = f"unstable at all pressures from {begin} to {end}{'; ' + why if why else ''}"
     elif found.pressure is None:
         to = f"no instability found up to {pascals(found.searched_to)}"
-        data["reason"] = found.ended or f"{to}, the end of the search (--up-to)"
+        data["reason"] = found.ended or f"{to}, the end of the search; --up-to moves it"
     return data
 
 

@@ -31,6 +31,7 @@ __all__ = [
     "Release",
     "SearchFile",
     "SearchPressure",
+    "SensitivityLimit",
     "Starts",
     "State",
     "Steps",
@@ -163,6 +164,18 @@ Limit = Annotated[
         "--up-to",
         metavar="PRESSURE",
         help="Highest pressure to search, inflated only (default 20 kPa; of pumpkins film strained by 5 %).",
+        show_default=False,
+        rich_help_panel=_RUN,
+    ),
+]
+
+SensitivityLimit = Annotated[
+    Text,
+    typer.Option(
+        "--limit",
+        "--up-to",
+        metavar="PRESSURE",
+        help="Highest pressure at which the critical one is looked for (default: ten times the design's).",
         show_default=False,
         rich_help_panel=_RUN,
     ),

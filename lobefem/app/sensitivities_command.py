@@ -45,7 +45,7 @@ _STATIONS = (0.1, 0.3, 0.5, 0.7, 0.9)  # middles of the fifths of a gore
 def sensitivities(
     design: Design,
     *,
-    harmonic: int,
+    harmonic: int | None,
     limit: float | None = None,
     comm: Comm | None = None,
     progress: Progress | None = None,
@@ -63,12 +63,17 @@ def sensitivities(
         folder: of the run.
 
     Raises:
-        InputError: a design without gores or of several pressures, or one to be kept by several ranks.
+        InputError: no harmonic, a design without gores or of several pressures, or one to be kept by
+            several ranks.
     """
     if not design.is_pumpkin:
         raise InputError(
             f"lobefem sensitivities looks at pumpkins, and this design is of the kind {design.shape.kind!r}; "
             "give one like meshes/pumpkin.toml"
+        )
+    if harmonic is None:
+        raise InputError(
+            "sensitivities are those of one harmonic; give it, --harmonic 4 say, and try its neighbours"
         )
     assert design.shape.gores is not None
     last = design.shape.gores // 2

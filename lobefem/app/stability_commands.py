@@ -197,15 +197,11 @@ def sensitivities(
     design: design_options.DesignFile,
     harmonic: run_options.Harmonic = None,
     pressure: run_options.OnePressure = None,
-    limit: run_options.Limit = None,
+    limit: run_options.SensitivityLimit = None,
     petsc: run_options.Petsc = None,
 ) -> None:
     """Find what makes a pumpkin more stable: the effect of each parameter on stability, stress and volume."""
-    if harmonic is None:
-        raise InputError(
-            "sensitivities are those of one harmonic; give it, --harmonic 4 say, and try its neighbours"
-        )
-    number = parsing.integer("--harmonic", harmonic, 0)
+    number = None if harmonic is None else parsing.integer("--harmonic", harmonic, 0)
     highest = None if limit is None else parsing.pressure("--limit", limit)
 
     def study(plan: Design, **run: Any) -> Outcome:

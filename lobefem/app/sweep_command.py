@@ -156,6 +156,8 @@ def _solve(point: Point, kept: str) -> Row:
     if process.returncode == 0:
         results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
         found = {key: _quantity(results, key) for key in QUANTITIES[point.command]}
+        if point.command in ("critical", "harmonics") and not found["critical_pressure"]:
+            reason = str(results.get("reason") or "")  # an empty cell, or a zero, says nothing
         warnings = results["warnings"]
     elif process.returncode < 0:
         reason = f"its process was ended by signal {-process.returncode}; out of memory, perhaps"

@@ -135,7 +135,8 @@ def _quantities(results: dict[str, Any], quantities: Iterable[tuple[str, str]]) 
             continue
         values = value if isinstance(value, tuple) else (value,)
         said = ", ".join(str(v) if isinstance(v, int) else scaled(v, unit) for v in values)
-        table.add_row(key.replace("_", " "), said)
+        name = "tendon_tension" if key == "hoop_tension" and "gores" in results else key
+        table.add_row(name.replace("_", " "), said)
     return table
 
 

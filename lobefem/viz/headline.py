@@ -110,6 +110,7 @@ def _critical(results: Results) -> Headline | None:
     low, high = bounds if isinstance(bounds, (list, tuple)) and len(bounds) == 2 else (None, None)
     breaks: Any = results.get("strength_pressure")
     marks = (*_mesh(results), *_film(results), *_parts(results))
+    pressure = _converged(results, pressure)
     if _real(breaks) and not (_real(pressure) and pressure < breaks):
         known = f"before the balloon becomes unstable at {_number(pressure)}" if _real(pressure) else "there"
         text = f"The film reaches its strength {known}."
@@ -132,8 +133,6 @@ def _critical(results: Results) -> Headline | None:
         return _without_limit(results, marks)
     if _real(pressure):
         tone = OPEN if _falls(results) else GOOD
-        limit: Any = results.get("mesh_limit")
-        pressure = limit if _real(limit) and _real(results.get("mesh_error")) else pressure
         text = _sentence(f"above that {_moves(results)}")
         return Headline(tone, "Stable up to", _number(pressure), text, marks, pressure)
     end: Any = results.get("limit")
@@ -147,6 +146,13 @@ def _critical(results: Results) -> Headline | None:
     return None
 
 
+def _converged(results: Results, pressure: Any) -> Any:
+    """The limit of a mesh study, if there is one, in the place of a critical pressure."""
+    limit: Any = results.get("mesh_limit")
+    known = pressure and _real(pressure) and _real(limit) and _real(results.get("mesh_error"))
+    return limit if known else pressure
+
+
 def _pumpkin(results: Results, marks: tuple[Mark, ...]) -> Headline | None:
     """Of the stretches of a pumpkin's path on which it is stable."""
     stable: Any = results.get("stable")
@@ -156,7 +162,8 @@ def _pumpkin(results: Results, marks: tuple[Mark, ...]) -> Headline | None:
     if not isinstance(stable, list) or not _real(begin) or not _real(end):
         return None
     if not stable:
-        text = f"{_sentence(_moves(results))} Searched from {_number(begin)}."
+        why = _sentence(str(results.get("reason") or "").partition("; ")[2])
+        text = f"{_sentence(_moves(results))} Searched from {_number(begin)}. {why}".strip()
         return Headline(BAD, "Unstable up to", _number(end), text, marks, 0.0)
     low, high = stable[0][0], stable[0][-1]
     gained = low > begin
@@ -168,6 +175,9 @@ def _pumpkin(results: Results, marks: tuple[Mark, ...]) -> Headline | None:
         word = from_ if gained else "No instability up to"
         below = f" Below {_number(low)} it is unstable." if gained else ""
         return Headline(GOOD, word, _number(high), f"{text}{below}", marks)
+    if results.get("mesh_behaviour") in ("falls", "open"):
+        return _without_limit(results, marks)
+    pressure = _converged(results, pressure)
     again = f" Stable again from {_number(stable[1][0])}." if len(stable) > 1 else ""
     text = _sentence(f"above that {_moves(results)}")
     below = f" Below {_number(low)} it is unstable, too." if gained else ""
@@ -206,7 +216,9 @@ def _mesh(results: Results) -> tuple[Mark, ...]:
     meshes = f"{len(rows)} meshes" if isinstance(rows, list) and rows else "several meshes"
     if _real(error):
         sure = error < 0.05 and results.get("mesh_asymptotic", True)
-        return (Mark("Mesh", f"± {percent(error)}, by {meshes}", GOOD if sure else OPEN),)
+        # beside the pressure at which the film breaks the bar would pass for that of this pressure
+        of = "instability " if _real(results.get("strength_pressure")) else ""
+        return (Mark("Mesh", f"{of}± {percent(error)}, by {meshes}", GOOD if sure else OPEN),)
     if results.get("mesh_behaviour") is not None and isinstance(rows, list):
         known = [r.get("critical_pressure") for r in rows if isinstance(r, Mapping)]
         if "critical_pressure" in results and known == [None] * len(rows):

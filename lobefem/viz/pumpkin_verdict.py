@@ -49,10 +49,12 @@ def critical(results: Mapping[str, Any], quoted: str = "") -> list[str]:
         return []
     where = _looked_at(results)
     if not stable:
-        return [
-            f"Unstable{where} at all pressures from {pascals(begin)} to {pascals(end)}, most of all in "
-            f"harmonic {results.get('harmonic')}."
-        ]
+        looked = results.get("looked_at")
+        alone = results.get("only_harmonic") is not None or (isinstance(looked, list) and len(looked) == 1)
+        why = str(results.get("reason") or "").partition("; ")[2]
+        ended = f"; {why}" if why else ""
+        most = "" if alone else f", most of all in harmonic {results.get('harmonic')}"
+        return [f"Unstable{where} at all pressures from {pascals(begin)} to {pascals(end)}{most}{ended}."]
     said = []
     low, high = stable[0][:2]
     if low > begin:
@@ -61,6 +63,9 @@ def critical(results: Mapping[str, Any], quoted: str = "") -> list[str]:
     ended = str(results.get("reason") or "")
     if not _is_number(pressure):
         first = f"Stable{where} up to {pascals(high)}"
+        ended_at = f"no instability found up to {pascals(high)}, "  # which the sentence says already
+        if ended.startswith(ended_at):
+            return [*said, f"{first}, {ended.removeprefix(ended_at)}."]
         return [*said, f"{first}: {ended}." if ended else f"{first}."]
     moves = _moves(results.get("kind"), results.get("harmonic"))
     if results.get("point") == "limit point":

@@ -203,8 +203,10 @@ def _breaks(results: Results) -> list[str]:
     critical: Any = results.get("critical_pressure")
     if not is_number(reached) or not is_number(strength):
         return []
-    known = is_number(critical)
-    before = f", before the balloon turns unstable at {pascals(critical)}" if known else ""
+    limit: Any = results.get("mesh_limit")
+    later = not is_number(limit) or not is_number(results.get("mesh_error")) or limit >= reached
+    when = "before" if later else "about when"  # the finest mesh's critical pressure is above the limit
+    before = f", {when} the balloon turns unstable at {_quoted(results)}" if is_number(critical) else ""
     return [f"The film reaches its strength of {pascals(strength)} at about {pascals(reached)}{before}."]
 
 
@@ -215,6 +217,8 @@ def _bears(results: Results) -> list[str]:
     pressure: Any = results.get("pressure")
     if not is_number(stress) or is_number(results.get("strength_pressure")):
         return []
+    if pressure is None and results.get("critical_pressure") == 0:
+        pressure = results.get("searched_to")  # of a pumpkin that is nowhere stable
     there = f"at {pascals(pressure)}" if is_number(pressure) else "there"
     told = f"The film is stressed to {pascals(stress)} at most {there}"
     if not is_number(strength):

@@ -45,6 +45,7 @@ function scaleOf(axis, values, count) {
         for (const part of parts) ticks.push(part * 10 ** k);
       }
       ticks = ticks.filter((v) => v >= low && v <= high);
+      if (ticks.length < 2) ticks = roundTicks(low, high, count); // less than a decade
     }
     return { at: (v) => (v > 0 ? (Math.log(v) - a) / (b - a) : NaN), ticks };
   }

@@ -180,6 +180,7 @@ def test_quiet_and_verbose_may_stand_before_the_command_or_after_it(capfd, comm)
             ["--harmonic", "--json", "Examples:", "lobefem critical meshes/stack4.toml --film tension-field"],
         ),
         (["harmonics", "--help"], ["--harmonics", "--divisions", "Examples:"]),
+        (["perturb", "--help"], ["[cleft]", "[degrees]"]),
         (["--version"], [f"lobefem {lobefem.__version__}"]),
     ],
 )

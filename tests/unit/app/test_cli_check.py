@@ -50,6 +50,18 @@ def test_keys_that_decide_say_what_they_do():
     assert rows({"hoops": {}, **LOBES})["hoops.EA"] == ("2.15 GN", "default", "")
 
 
+def test_what_a_material_gives_is_no_default():
+    hoops = {"material": "aluminium-6061-t6", "area": 4e-4}
+    found = rows(LOBES | {"film": {"material": "mylar-a", "nu": 0.4}, "hoops": hoops})
+    assert found["film.E"][:2] == ("4.805 GPa", "material")
+    assert found["film.nu"][1] == "given"
+    assert found["film.strength"][1] == "material"
+    assert found["hoops.E"][1] == "material"
+    assert found["hoops.EA"][:2] == ("27.56 MN", "E, area")
+    said = check(Design.parse(LOBES | {"hoops": hoops}))[1]
+    assert ", 2 follow from them, " in said[0]
+
+
 @pytest.mark.parametrize("order", [1, 2])
 def test_unknowns_are_those_of_the_balloon(order):
     design = Design.parse(LOBES | {"mesh": {"divisions": [4, 6], "order": order}})

@@ -90,7 +90,9 @@ def test_no_loss_up_to_the_end_of_the_search(lobefem_json):
     assert results["searched_to"] == results["limit"] == 300.0
     assert results["only_harmonic"] == 3
     assert "no instability found up to 300 Pa" in results["reason"]
-    assert verdict(results)[0].startswith("Stable in harmonic 3 (no other was looked at) up to 300 Pa: ")
+    assert verdict(results)[0].startswith(
+        "Stable in harmonic 3 (no other was looked at) up to 300 Pa, the end of"
+    )
 
 
 def test_stability_that_is_gained(lobefem_json):

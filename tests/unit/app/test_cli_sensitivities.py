@@ -81,7 +81,7 @@ def test_the_report_has_the_table(shared_path):
         ),
         ((PUMPKIN, "--harmonic", "33", *COARSE), "harmonic = 33: 64 equal sectors have harmonics 0 to 32"),
         (
-            (PUMPKIN.replace("pumpkin", "stack4"), "--harmonic", "4"),
+            (PUMPKIN.replace("pumpkin", "stack4"),),  # before it is asked for what does not help it
             "lobefem sensitivities looks at pumpkins, and this design is of the kind 'isotensoid'",
         ),
     ],

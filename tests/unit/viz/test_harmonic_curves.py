@@ -74,6 +74,15 @@ def test_lowest_eigenvalues_by_harmonic(lowest):
          ["Unstable at all pressures from 50 Pa to 200 Pa, most of all in harmonic 3."]),
         ({"stable": [[50.0, 200.0]], "critical_pressure": None, "reason": "no instability found"},
          ["Stable up to 200 Pa: no instability found."]),
+        ({"stable": [[50.0, 200.0]], "critical_pressure": None,
+          "reason": "no instability found up to 200 Pa, the end of the search; --up-to moves it"},
+         ["Stable up to 200 Pa, the end of the search; --up-to moves it."]),
+        ({"stable": [], "critical_pressure": 0.0,
+          "reason": "unstable at all pressures from 50 Pa to 200 Pa; no equilibrium found above 200 Pa"},
+         ["Unstable at all pressures from 50 Pa to 200 Pa, most of all in harmonic 3; no equilibrium found "
+          "above 200 Pa."]),
+        ({"stable": [], "critical_pressure": 0.0, "only_harmonic": 3, "looked_at": [3]},
+         ["Unstable in harmonic 3 (no other was looked at) at all pressures from 50 Pa to 200 Pa."]),
         ({"looked_at": [3, 4], "stable": [[50.0, 150.0]]},
          ["Stable in the 2 harmonics that were looked at up to 150 Pa. Above that the balloon buckles as a "
           "whole (3 waves around)."]),

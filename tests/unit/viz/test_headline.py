@@ -51,6 +51,20 @@ def test_film_that_breaks_comes_first():
     found = headline(STACK | CRITICAL | {"strength": 1.8e8, "strength_pressure": 4100.0})
     assert (found.tone, found.word, found.number) == ("bad", "The film breaks at", "4100 Pa")
     assert "before the balloon becomes unstable at 5497 Pa" in found.text
+    # of a mesh study it is the limit, and the bar is the limit's
+    bar = {"strength": 1.8e8, "strength_pressure": 4100.0, "mesh_limit": 5300.0, "mesh_error": 0.04}
+    found = headline(STACK | CRITICAL | bar)
+    assert "becomes unstable at 5300 Pa" in found.text
+    assert marks(found)["Mesh"][0].startswith("instability ± 4 %")
+
+
+def test_a_pumpkin_has_the_limit_of_its_mesh_study():
+    path = {"stable": [[50.0, 150.0]], "searched_from": 50.0, "searched_to": 200.0}
+    results = {"command": "critical", "gores": 64, "critical_pressure": 150.0, "harmonic": 3} | path
+    rows = [{"critical_pressure": p} for p in (170.0, 160.0, 150.0)]
+    study = {"meshes": rows, "mesh_behaviour": "converges", "mesh_limit": 140.0, "mesh_error": 0.07}
+    assert headline(results | study).number == "140 Pa"
+    assert headline(results | study | {"mesh_behaviour": "falls"}).word == "Falls with refinement"
 
 
 @pytest.mark.parametrize(

@@ -189,6 +189,19 @@ def test_what_breaks_first_is_named(more, said):
     assert sum("strength" in sentence for sentence in sentences) == 1
 
 
+def test_film_that_breaks_first_is_held_against_the_limit_of_a_mesh_study():
+    results = {"command": "critical", **FOUND, "strength": 1.7e8, "strength_pressure": 3900.0}
+    said = verdict(results | {"mesh_behaviour": "converges", "mesh_limit": 5400.0, "mesh_error": 0.02})
+    assert said[0].endswith("before the balloon turns unstable at 5400 Pa ± 2 %.")
+    assert said[1].startswith("Stable up to 5400 Pa ± 2 %.")
+
+
+def test_stress_of_a_pumpkin_that_is_nowhere_stable_has_its_pressure():
+    found = {"critical_pressure": 0.0, "stable": [], "searched_from": 50.0, "searched_to": 200.0}
+    said = verdict({"command": "critical", "gores": 64, "harmonic": 3, "max_stress": 2e6, **found})
+    assert any(sentence.startswith("The film is stressed to 2 MPa at most at 200 Pa") for sentence in said)
+
+
 def test_film_that_breaks_at_a_pressure_is_named():
     entry = {"pressure": 500.0, "stable": True, "modes": [], "max_stress": 3e8}
     said = (
