@@ -402,9 +402,14 @@ def _sweep(results: Results) -> Headline | None:
     failed: Any = results.get("failed")
     if not points:
         return None
-    found = [r["found"].get("critical_pressure") for r in points if isinstance(r.get("found"), Mapping)]
-    values = sorted(value for value in found if _real(value))
-    text = f"Critical pressures from {_number(values[0])} to {_number(values[-1])}." if values else ""
+    done = [r["found"] for r in points if isinstance(r.get("found"), Mapping)]
+    found = [one["critical_pressure"] for one in done if "critical_pressure" in one]
+    values = sorted(value for value in found if _real(value) and value > 0)
+    told = [f"Critical pressures from {_number(values[0])} to {_number(values[-1])}."] if values else []
+    if results.get("of") in ("critical", "harmonics"):
+        others = {"never stable": found.count(0), "stable up to the end of the search": found.count(None)}
+        told += [f"{count} of {len(points)} {words}." for words, count in others.items() if count]
+    text = " ".join(told)
     bad = isinstance(failed, int) and failed > 0
     marks = (Mark("Failed", f"{failed} of {len(points)}", OPEN),) if bad else ()
     return Headline(PLAIN, "Sweep", f"{len(points)} points", text, marks)

@@ -79,7 +79,7 @@ def test_the_report_has_the_table(shared_path):
             (PUMPKIN, "--harmonic", "4", "--limit", "50 Pa"),
             "--limit is 50 Pa, and the design's pressure 100 Pa; give a higher one",
         ),
-        ((PUMPKIN, "--harmonic", "33", *COARSE), "harmonic = 33: 64 equal sectors have harmonics 0 to 32"),
+        ((PUMPKIN, "--harmonic", "33", *COARSE), "--harmonic: 64 gores have the harmonics 0 to 32, not 33"),
         (
             (PUMPKIN.replace("pumpkin", "stack4"),),  # before it is asked for what does not help it
             "lobefem sensitivities looks at pumpkins, and this design is of the kind 'isotensoid'",

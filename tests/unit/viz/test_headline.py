@@ -137,3 +137,13 @@ def test_a_pumpkin_may_be_stable_on_a_stretch_only():
     found = headline(CRITICAL | path | {"critical_pressure": 800.0, "harmonic": 3, "kind": "global"})
     assert (found.word, found.number) == ("Stable from 50 Pa up to", "800 Pa")
     assert found.text.endswith("(3 waves around). Below 50 Pa it is unstable, too.")
+
+
+def test_points_without_a_critical_pressure_are_no_zeros():
+    rows = [{"exit_code": 0, "found": {"critical_pressure": p}} for p in (None, 0.0, 300.0, 500.0, None)]
+    failed = {"exit_code": 3, "found": {}}
+    found = headline({"command": "sweep", "of": "critical", "rows": [*rows, failed], "failed": 1})
+    assert found.text == (
+        "Critical pressures from 300 Pa to 500 Pa. 1 of 6 never stable. 2 of 6 stable up to the end of the "
+        "search."
+    )
