@@ -21,10 +21,14 @@ from lobefem.app.tables import printable, show_rows
 from lobefem.files import replace, replacing, to_json
 from lobefem.io.gore_files import cutting_table, save_gore
 from lobefem.io.pumpkin_design import foreshortening
+from lobefem.units import scaled
 from lobefem.version import __version__
+from lobefem.viz.report_provenance import setting
 from lobefem.viz.style import MM, STYLE
 
 __all__ = ["as_csv", "finish", "pareto_chart", "show_search", "table"]
+
+_UNITS = {"max_stress": "Pa", "mass": "kg", "tendon_tension": "N", "volume": "m^3", "critical_pressure": "Pa"}
 
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#B4588F", "#E69F00", "#56B4E9")
 
@@ -202,4 +206,11 @@ def _shown(plan: Search, ended: Sequence[Ended]) -> list[list[str]]:
     runs = [one.best for one in ended if one.best is not None]
     columns = list(table(plan, runs))
     rows = [list(row) for row in zip(*columns, strict=True)]
+    for row in rows:  # for the eye; files have SI
+        key = row[0]
+        unit = _UNITS.get("critical_pressure" if key in {f"p_{n}" for n in plan.harmonics} else key)
+        if unit:
+            row[1:] = [scaled(float(v), unit) if v else v for v in row[1:]]
+        elif key in plan.names:
+            row[1:] = [setting(key, float(v)) for v in row[1:]]
     return [["", *(f"run {k}" for k in range(1, len(columns)))], *(row for row in rows if any(row[1:]))]

@@ -145,8 +145,8 @@ def portrait(run: Run, step: Step, width: float = 170.0) -> Figure:
             axes = figure.add_axes(place)
             axes.set_axis_off()
             _view(axes, shape, _RISE if k == 0 else math.inf, 1400 if k == 0 else 800)
-        _cut(figure.add_axes((0.69, 0.1, 0.29, 0.2)), shape)
-        figure.text(0.835, 0.03, "cut through three bulges at the equator", ha="center", fontsize=6.5)
+        _cut(figure.add_axes((0.71, 0.15, 0.25, 0.17)), shape)
+        figure.text(0.835, 0.02, "three bulges,\ncut at the equator", ha="center", fontsize=6.0)
         results = run.results
         told = f"{results['gores']} gores, {pascals(step.pressure)}"
         figure.text(0.02, 0.97, told, va="top", fontsize=8.5, weight="bold")
@@ -280,8 +280,8 @@ def _cut(axes: Axes, shape: AllGores) -> None:
     points = points[chosen][np.argsort(azimuth[chosen])]
     first = _rotated(points, np.array([math.pi / 2 - near * math.pi / gores]))[0]
     knots = _rotated(ring[np.arange(near + 1) % gores], np.array([math.pi / 2 - near * math.pi / gores]))[0]
-    axes.plot(first[:, 0], first[:, 1], color="#0072B2", lw=1.2)
-    axes.plot(knots[:, 0], knots[:, 1], "o", color=_TENDON, ms=3)
+    axes.plot(first[:, 0], first[:, 1], color="#0072B2", lw=1.2, clip_on=False)
+    axes.plot(knots[:, 0], knots[:, 1], "o", color=_TENDON, ms=3, clip_on=False)
     axes.set_aspect("equal")
     axes.set_axis_off()
 

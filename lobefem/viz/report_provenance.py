@@ -84,6 +84,8 @@ def setting(path: str, value: Unchecked) -> str:
     unit = _UNITS.get(path.rpartition(".")[2], "N" if path.endswith(".bar") else "")
     items = value if isinstance(value, (list, tuple)) else [value]
     if unit and items and all(isinstance(v, float) and math.isfinite(v) for v in items):
+        if unit == "rad":  # as designs have it
+            return ", ".join(f"{number(math.degrees(v))} deg" for v in items)
         return ", ".join(scaled(v, unit) for v in items).replace("-", "\N{MINUS SIGN}")
     return number(value)
 

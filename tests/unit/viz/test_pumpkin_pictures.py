@@ -85,6 +85,16 @@ def test_a_pumpkin_is_painted_where_nothing_renders(one, monkeypatch):
     assert len(above.get_paths()) > 0.4 * 16 * len(run.triangles)
 
 
+def test_a_narrow_picture_holds_its_words(one, monkeypatch):
+    monkeypatch.setattr(pumpkin_pictures, "renders", lambda: False)
+    run = load_run(one)
+    figure = portrait(run, run.steps[-1], 85.0)
+    figure.canvas.draw()
+    for text in figure.texts:
+        box = text.get_window_extent()
+        assert figure.bbox.x0 <= box.x0 <= box.x1 <= figure.bbox.x1, text.get_text()
+
+
 def test_the_gore_is_as_wide_and_long_as_it_is(one):
     run = load_run(one)
     axes = gore_map(run, run.steps[-1]).axes[0]
