@@ -144,7 +144,9 @@ class Design(Tables):
         tables: dict[str, Any] | None = None
         fault = ""
         if comm is None or comm.rank == 0:
-            tables, _, fault = read_toml(Path(path), "design file", "meshes/ for examples")
+            tables, _, fault = read_toml(
+                Path(path), "design file", "lobefem new --list for some to start from"
+            )
             if tables is not None:
                 tables, fault = pumpkin_design.with_tables(tables, Path(path))
         if comm is not None:

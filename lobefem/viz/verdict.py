@@ -184,7 +184,7 @@ def _decides(results: Results) -> list[str]:
     limit: Any = results.get("limit")
     to = f" up to {pascals(limit)}" if is_number(limit) else ""
     answer = pascals(found) if is_number(found) else f"no instability is found{to}"
-    return [f"Of the other assumptions that were tried, this one changes most: {most['change']}: {answer}."]
+    return [f"Of the other assumptions that were tried, '{most['change']}' changes most: {answer}."]
 
 
 def _quoted(results: Results) -> str:

@@ -43,7 +43,7 @@ COARSE = ("--divisions", "6x10")
         (("modes",), "Missing argument 'DESIGN.toml'; see lobefem modes --help"),
         (("modes", SINGLE, "--presure", "5"), "No such option: --presure"),
         (("modes", SINGLE, "--film"), "requires an argument; see lobefem"),
-        (("modes", "none.toml"), "there is no design file 'none.toml'; see meshes/ for examples"),
+        (("modes", "none.toml"), "there is no design file 'none.toml'; see lobefem new --list"),
         (("modes", SINGLE, "--count", "0"),
          "--count: '0' is impossible; give an integer, 1 or more"),
         (("modes", SINGLE, "--count", "x"), "--count: 'x' is impossible; give an integer"),

@@ -40,7 +40,7 @@ def test_the_bar_decides_and_the_film_scales_the_pressure(lobefem_json):
     assert rows["load film"]["settings"] == {"pressure.load": "film"}
     assert rows["half the film stiffness"]["critical_pressure"] == pytest.approx(given / 2, rel=0.01)
     assert rows["double the film stiffness"]["critical_pressure"] == pytest.approx(2 * given, rel=0.01)
-    said = [sentence for sentence in verdict(results) if "this one changes most" in sentence]
+    said = [sentence for sentence in verdict(results) if "' changes most: " in sentence]
     assert len(said) == 1
     alone, _ = lobefem_json("critical", STACK4, *REAL, "--bar", "none")
     assert alone["critical_pressure"] == rows["no bar"]["critical_pressure"]
