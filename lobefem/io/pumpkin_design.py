@@ -144,12 +144,15 @@ def _read(
 ) -> tuple[list[tuple[float, float]], str]:
     """The rows of a file beside a design, and what is wrong with it, in one sentence."""
     file = path.parent / name
+    if file.exists() and not file.is_file():  # a pipe would be waited for
+        return [], f"{path}: {key} = {shown(name)} is no file; give one beside the design"
     try:
         with file.open("rb") as stream:
             content = stream.read(_MOST_BYTES + 1)
         lines = content.decode("utf-8-sig").splitlines()
     except OSError as error:
-        return [], f"{path}: {key} = {shown(name)} cannot be read ({error.strerror})"
+        why = f"cannot be read ({error.strerror}); give a file beside the design"
+        return [], f"{path}: {key} = {shown(name)} {why}"
     except UnicodeDecodeError:
         lines, content = [], b""
     rows, fault = _rows(lines, kind) if 0 < len(content) <= _MOST_BYTES else ([], "is no table of text")

@@ -150,7 +150,9 @@ class RunFolder:
         self._design = design
         if not self._ours:
             if not self._run:  # `save` knows of neither
-                self._run = {"study": dict(study), "versions": dict(versions), "steps": {}}
+                self._run = {
+                    "study": dict(study), "design": design, "versions": dict(versions), "steps": {}
+                }  # fmt: skip
                 self.versions = dict(versions)
             if self._others:
                 return
@@ -168,7 +170,7 @@ class RunFolder:
             replace(file, self._design)
             return self._run, self.has_steps
         if self.resume:
-            theirs = file.read_text(encoding="utf-8", errors="replace")
+            theirs = self._begun(file)
             if theirs != self._design:
                 differ = [line[:60] for line in theirs.splitlines() if line not in self._design.splitlines()]
                 said = f" ({', '.join(differ[:3])})" if differ else ""
@@ -199,6 +201,13 @@ class RunFolder:
         replace(self.path / "run.json", to_json(self._run))
         self._log.open()
         return self._run, False
+
+    def _begun(self, file: Path) -> str:
+        """The design that the run was begun with; a mesh study leaves that of its finest mesh in a file."""
+        try:
+            return str(json.loads((self.path / "run.json").read_text(encoding="utf-8"))["design"])
+        except (OSError, ValueError, TypeError, KeyError, RecursionError):  # of an earlier version, or broken
+            return file.read_text(encoding="utf-8", errors="replace")
 
     def _read(self) -> dict[str, Any]:
         """The content of run.json, if it is of the same study."""

@@ -86,6 +86,19 @@ def test_a_run_that_was_stopped_ends_alike(lobefem_json, capfd, comm, keeps, sha
 
 
 @pytest.mark.slow
+def test_a_mesh_study_that_has_ended_is_the_same_study(lobefem_json, refused, shared_path):
+    """Its folder holds the design of the finest mesh, and the run was begun with another one."""
+    study = ("modes", SINGLE, *STUDY, "--count", "2", "--pressure", "5", "--out", str(shared_path / "run"))
+    first, code = lobefem_json(*study)
+    assert code == 0
+    again, code = lobefem_json(*study, "--resume")
+    assert code == 0
+    assert plain(again) == plain(first)
+    code, words = refused(*study, "--lobes", "2", "--resume")
+    assert (code, "is of another design (lobes = 1); resume it with its" in words) == (2, True)
+
+
+@pytest.mark.slow
 def test_only_the_same_study_goes_on_and_other_versions_are_told(refused, lobefem_json, comm, shared_path):
     folder = str(shared_path / "run")
     assert lobefem_json(*MODES, "--out", folder)[1] == 0

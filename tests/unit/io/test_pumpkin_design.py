@@ -1,6 +1,7 @@
 """Pumpkins in design files: what their keys mean, and what is refused in which words."""
 
 import math
+import os
 import tomllib
 from pathlib import Path
 
@@ -103,7 +104,7 @@ def test_a_gore_table_is_read_beside_the_design(comm, shared_path):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (None, "cannot be read (No such file or directory)"),
+        (None, "cannot be read (No such file or directory); give a file beside the design"),
         ("", "is no table of text"),
         ("0, 0.1\n0.5 0.3\n1, 0.1\n", "has no pair of numbers in line 2"),
         ("s, w\n0, 0.1\n", "has less than two rows"),
@@ -119,6 +120,16 @@ def test_gore_tables_that_cannot_be_read(comm, shared_path, content, message):
         Design.load(shared_path / "pumpkin.toml", comm)
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.serial
+def test_a_gore_table_that_is_a_pipe_is_not_waited_for(tmp_path):
+    (tmp_path / "pumpkin.toml").write_text(TABLE + "pattern = 'gore.csv'\n")
+    os.mkfifo(tmp_path / "gore.csv")
+    with pytest.raises(
+        InputError, match=r"shape.pattern = 'gore.csv' is no file; give one beside the design"
+    ):
+        Design.load(tmp_path / "pumpkin.toml")
 
 
 @pytest.mark.parametrize(

@@ -208,7 +208,8 @@ def test_what_was_looked_for_stays_where_a_run_without_steps_replaces_another(co
         folder.begin("y = 2\n", {"command": "critical"}, {"lobefem": "0.1.0"})
         folder.save("y = 2\n", {"a": 2})
     run = json.loads((path / "run.json").read_text())
-    assert run == {"study": {"command": "critical"}, "versions": {"lobefem": "0.1.0"}, "steps": {}}
+    about = {"study": {"command": "critical"}, "design": "y = 2\n", "versions": {"lobefem": "0.1.0"}}
+    assert run == about | {"steps": {}}
     comm.Barrier()
 
 
