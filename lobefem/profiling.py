@@ -94,14 +94,16 @@ class Profile:
             return {}
         if self._logged is None:
             petsc.Log.begin()
+            # an earlier profile of this process may have begun it
             self._logged = {
-                name: ([petsc.Log.Event(event) for event in events], 0.0, 0)
-                for name, events in _EVENTS.items()
+                name: (logged, *_totals(logged))
+                for name, logged in (
+                    (name, [petsc.Log.Event(event) for event in events]) for name, events in _EVENTS.items()
+                )
             }
         news = {}
         for name, (events, seconds, calls) in self._logged.items():
-            infos = [event.getPerfInfo() for event in events]
-            total, count = sum(i["time"] for i in infos), sum(i["count"] for i in infos)
+            total, count = _totals(events)
             self._logged[name] = events, total, count
             news[name] = total - seconds, count - calls
         return news
@@ -115,6 +117,12 @@ class Profile:
             "solve": self.solve,
             "floor": self.floor,
         }
+
+
+def _totals(events: list[Any]) -> tuple[float, int]:
+    """Seconds and calls of PETSc's events so far."""
+    infos = [event.getPerfInfo() for event in events]
+    return sum(i["time"] for i in infos), sum(i["count"] for i in infos)
 
 
 def start() -> Profile:

@@ -57,6 +57,17 @@ def test_counts_of_a_solve(comm, profile):
     assert 0 < profile.floor < profile.solve < profile.whole
 
 
+def test_a_second_profile_counts_from_its_start(comm, profile):
+    parts = [GasPressure("closed"), EndPlates("fixed")]
+    balloon = Balloon(lobed_cylinder(1, (6, 8), comm=comm), Isotropic(), parts)
+    first = inflate(balloon, 5.0)
+    profile.update()
+    second = profiling.start()
+    state = inflate(balloon, 10.0, start=first)
+    second.update()
+    assert second.calls["numeric factorisation"] == state.iterations
+
+
 def test_nothing_is_measured_before_start():
     before = profiling.Profile()
     with profiling.stage("mesh"):
