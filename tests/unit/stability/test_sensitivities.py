@@ -23,6 +23,7 @@ from lobefem.stability.modes import find_modes
 from lobefem.stability.sensitivities import Adjoint, critical_sensitivity
 from lobefem.stability.sensitivity_record import PARAMETERS
 
+import dolfinx
 from dolfinx import fem
 
 WEIGHT = DeadWeight(film=0.34, cables=0.1)
@@ -99,8 +100,14 @@ def differences(low, high, pressures, harmonics, step):
     return {key: (second[key] - first[key]) / (2 * step) for key in first}
 
 
+# FFCx 0.9 takes a quarter of an hour for the third derivative of the orthotropic law
+LENGTHY = pytest.mark.skipif(
+    dolfinx.__version__.startswith("0.9"), reason="FFCx 0.9 compiles this form for a quarter of an hour"
+)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("film", FILMS)
+@pytest.mark.parametrize("film", ["isotropic", pytest.param("orthotropic", marks=LENGTHY)])
 def test_derivatives_are_those_of_central_differences(film):
     """In taut, wrinkled and slack film, under gas of a gradient, with weight, of n = 0, 1 and others."""
     pressure, harmonics = 200.0, (0, 1, 4)
