@@ -27,7 +27,7 @@ from lobefem.linalg import dolfinx_compat  # first: it finds the stack
 # isort: split
 from benchmarks.measure import run as measured
 from benchmarks.programs.evolver import executable
-from lobefem import Balloon, EndPlates, GasPressure, TensionField, find_modes, inflate
+from lobefem import Balloon, EndPlates, GasPressure, NewtonOptions, TensionField, find_modes, inflate
 from lobefem.equilibrium.full_model import full_state
 from lobefem.geometry.gore import ConstantAngle, Gore
 from lobefem.geometry.pumpkin import PumpkinRecipe
@@ -70,7 +70,7 @@ def balloon(gores: int, divisions: tuple[int, int], full: bool) -> Balloon:
 def by_lobefem(gores: int, divisions: tuple[int, int], full: bool) -> dict[str, float]:
     """Volume [m^3], lowest eigenvalue [N/m] and seconds, forms compiled before."""
     start = time.perf_counter()
-    state = inflate(balloon(gores, divisions, False), PRESSURE, rtol=1e-10)
+    state = inflate(balloon(gores, divisions, False), PRESSURE, options=NewtonOptions(rtol=1e-10))
     if full:
         state = full_state(state, balloon(gores, divisions, True))
         lowest = find_modes(state, 2, mass="nodal").lowest

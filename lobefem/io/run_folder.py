@@ -179,6 +179,7 @@ class RunFolder:
                     "design.toml and options, or begin afresh with --overwrite or in another folder"
                 )
             run = self._read()
+            replace(file, self._design)  # which may be damaged, or a finer mesh's
             self._sweep()
             self._log.open()
             return run, bool(run["steps"]) or any(self.path.glob("*.npz"))

@@ -38,5 +38,6 @@ class RankOneSum:
         self._column.getDenseArray()[:, 0] = math.sqrt(factor) * vector.array_r
         self._column.assemble()
         if self._sum is None or self._sum.getLRCMats()[0].handle != A.handle:
-            self._sum = PETSc.Mat().createLRC(A, self._column, None, None)
+            one = PETSc.Vec().createWithArray([1.0], comm=PETSc.COMM_SELF)
+            self._sum = PETSc.Mat().createLRC(A, self._column, one, self._column)
         return self._sum

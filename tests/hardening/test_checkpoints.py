@@ -128,7 +128,7 @@ def test_a_run_with_damaged_files_is_refused_in_one_sentence(shared_path, comm):
                  "--bend", "2", "--steps", "2", "--no-contact", "--json", shared_path / "x.json",
                  "--out", folder]  # fmt: skip
     assert run(arguments)[0] == 0
-    for name in ("design.toml", "run.json", "checkpoint.npz"):
+    for name in ("run.json", "checkpoint.npz"):
         content = (folder / name).read_bytes() if comm.rank == 0 else None
         for damaged in (b"", (content or b"")[:-40], b"\xff\xfe\x00", b"[]", b'{"study": 1}', b"[" * 9000):
             if comm.rank == 0:
@@ -141,4 +141,10 @@ def test_a_run_with_damaged_files_is_refused_in_one_sentence(shared_path, comm):
         if comm.rank == 0:
             (folder / name).write_bytes(content)
         comm.Barrier()
+    design = (folder / "design.toml").read_bytes()
+    comm.Barrier()
+    if comm.rank == 0:
+        (folder / "design.toml").write_bytes(design[:-40])
+    comm.Barrier()
     assert run([*arguments, "--resume"])[0] == 0
+    assert (folder / "design.toml").read_bytes() == design  # run.json has it, too

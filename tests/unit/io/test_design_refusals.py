@@ -126,10 +126,10 @@ def test_files_that_cannot_be_read(shared_path, comm):
         huge.write_text(f"shape.lobes = {'9' * 5000}\n")  # more digits than Python reads
         binary.write_bytes(b"\xff\xfe\x00")
     for path, message in (
-        (shared_path / "none.toml", "there is no design file '.*none.toml'; see meshes/"),
+        (shared_path / "none.toml", "there is no design file '.*none.toml'; see lobefem new --list"),
         (shared_path, "cannot read '.*' \\(Is a directory\\); give a TOML design file"),
         (huge, "huge.toml is no TOML \\(not such a text\\)"),
-        (wrong, "wrong.toml is no TOML \\(.*line 1.*\\); see meshes/"),
+        (wrong, "wrong.toml is no TOML \\(.*line 1.*\\); see lobefem new --list"),
         (binary, "binary.toml is no text in UTF-8 but maybe in UTF-16; save it as UTF-8"),
     ):
         with pytest.raises(InputError, match=message):
