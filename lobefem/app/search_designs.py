@@ -74,7 +74,7 @@ class Solved:
         try:
             design = search.design(search.choices[choice], x)
         except InputError as error:
-            return Record("", choice, tuple(x.tolist()), {}, None, str(error))
+            return Record("", choice, tuple(map(float, x)), {}, None, str(error))
         what = (__version__, design.to_toml(), str(search.harmonics), f"{search.search_to!r}")
         name = hashlib.sha256("\0".join(what).encode()).hexdigest()[:16]
         record = self.records.get(name) or self._read(name, choice, x)
@@ -90,7 +90,7 @@ class Solved:
             gradients = found["gradients"]
             if gradients is not None:
                 gradients = {key: np.array(value) for key, value in gradients.items()}
-            return Record(name, choice, tuple(x.tolist()), found["values"], gradients, found["fault"])
+            return Record(name, choice, tuple(map(float, x)), found["values"], gradients, found["fault"])
         except (OSError, ValueError, KeyError, TypeError):
             return None
 
@@ -116,8 +116,8 @@ class Solved:
             values = point.values() if known is None else known.values
             found = point.gradients(self._search.choices[choice], x) if gradients else None
         except (SolveError, InputError) as error:
-            return Record(name, choice, tuple(x.tolist()), {}, None, str(error))
-        return Record(name, choice, tuple(x.tolist()), values, found)
+            return Record(name, choice, tuple(map(float, x)), {}, None, str(error))
+        return Record(name, choice, tuple(map(float, x)), values, found)
 
 
 class _Point:
@@ -196,7 +196,7 @@ class _Point:
         """
         search = self._search
         sensitivities = self._sensitivities()
-        found = {name: np.zeros(search.size) for name in (*sensitivities, "mass")}
+        found: dict[str, Array] = {name: np.zeros(search.size) for name in (*sensitivities, "mass")}
         for k in range(search.size):
             step = _KEY * (search.high[k] - search.low[k])
             sides = [x.copy(), x.copy()]

@@ -144,7 +144,11 @@ class Search(Frozen):
         widths = design.gore.half_width(shares * design.curve.arc_length) * factors(shares)
         tables = design.model_dump(exclude_unset=True)
         shape = {key: value for key, value in tables["shape"].items() if key != "half_angle"}
-        shape |= {"lobe": "table", "stations": tuple(shares.tolist()), "half_widths": tuple(widths.tolist())}
+        shape |= {
+            "lobe": "table",
+            "stations": tuple(map(float, shares)),
+            "half_widths": tuple(map(float, widths)),
+        }
         return Design.parse(tables | {"shape": shape})
 
 

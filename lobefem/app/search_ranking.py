@@ -59,4 +59,5 @@ def score(plan: Search, record: Record) -> float:
 
 def best_of(plan: Search, records: Sequence[Record]) -> Record | None:
     """The best feasible design."""
-    return max((r for r in records if feasible(plan, r)), key=lambda r: score(plan, r), default=None)
+    sound = [record for record in records if feasible(plan, record)]
+    return max(sound, key=lambda record: score(plan, record)) if sound else None

@@ -318,7 +318,8 @@ class WeakForms:
 def film_measure(given: Specification, fields: Discretization) -> Measure:
     """The film's measure, by default exact for the element where it can be."""
     simplex = fields.mesh.topology.cell_name() == "triangle"
-    order, degree = fields.order, given.quadrature_degree
+    order = fields.order
+    degree: Any = given.quadrature_degree
     if degree is None:
         # exact for the enclosed volume; a linear triangle has one strain, but prestress (1/R)
         # and the frame vary over it

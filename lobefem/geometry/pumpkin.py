@@ -201,7 +201,8 @@ class PumpkinRecipe:
             growth: of the half-width [m] at shares of the tendon's length, 0 at the bottom (n,).
         """
         grid = self.grid
-        wider = np.asarray(growth(grid.s / self.gore.curve.arc_length), dtype=float)
+        shares: Any = grid.s / self.gore.curve.arc_length
+        wider: Any = np.asarray(growth(shares), dtype=np.float64)
         if wider.shape != grid.s.shape or not np.isfinite(wider).all():
             raise InputError(
                 f"growth returns {wider.shape} for {grid.s.shape} shares of a gore; return a finite "

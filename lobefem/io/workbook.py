@@ -31,7 +31,7 @@ def workbook(run: Run) -> bytes | None:
     except ModuleNotFoundError:
         raise InputError("xlsx needs openpyxl: pip install 'openpyxl>=3.1', or use --to csv") from None
     book = Workbook()
-    first = book.active
+    first: Any = book.active
     first.title = "results"
     _fill(first, [("key", "value", "unit", "meaning"), *_numbers(run)])
     for name, rows in spreadsheets.records(run).items():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from lobefem.fem.balloon import Balloon
@@ -27,6 +29,8 @@ def _major(tensors: Array) -> tuple[Array, Array]:
 
 def cell_stresses(balloon: Balloon) -> tuple[Array, Array]:
     """Largest principal true stress of each cell (cells,) [Pa]; its derivatives by the resultants [1/m]."""
+    major: Any
+    slopes: Any
     major, slopes = _major(true_resultants(balloon).x.array.reshape(-1, 3))
     return major / balloon.film.thickness, slopes / balloon.film.thickness
 

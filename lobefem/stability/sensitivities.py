@@ -187,7 +187,7 @@ class Adjoint:
                 f"the balloon has {len(self._balloon.cables)} kinds of cables; the tendons' tension needs one"
             )
         length = float(self._balloon.forms.lengths.sum())
-        gradient = self._reduced(self._forms.pull_by_displacement()) / length
+        gradient: Any = self._reduced(self._forms.pull_by_displacement()) / length
         pull, by_share = self._forms.pull_by_shortening()
         explicit = {"EA": pull / length, "foreshortening": by_share / length}
 
@@ -384,7 +384,7 @@ def critical_sensitivity(
             "state nearer to it, that of critical_pressures say"
         )
     by = {name: -value / slope for name, value in found.by.items() if name != "pressure"}
-    pattern = None if found.by_pattern is None else -found.by_pattern / slope
+    pattern: Any = None if found.by_pattern is None else -found.by_pattern / slope
     evaluation = found.evaluation
     return replace(
         found,

@@ -284,7 +284,8 @@ def _edges(triangles: Integers) -> Integers:
 def _chains(edges: Integers) -> list[list[int]]:
     """The loops that edges make, as nodes in order."""
     neighbours: dict[int, list[int]] = {}
-    for a, b in edges.tolist():
+    pairs: Any = edges.tolist()
+    for a, b in pairs:
         neighbours.setdefault(a, []).append(b)
         neighbours.setdefault(b, []).append(a)
     loops = []
