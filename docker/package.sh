@@ -16,7 +16,8 @@ rm -rf "$dist" build/lib build/bdist.*
 # A package's page shows the README away from its files: there its links are whole ones.
 home=$(sed -n 's/^Homepage = "\(.*\)"/\1/p' pyproject.toml)
 mkdir "$work/tree"
-git ls-files -z | tar --null --files-from=- --create | tar --extract --directory "$work/tree"
+tar --create --exclude=./.git --exclude='./.venv*' --exclude='./.debian*' --exclude=./.peers --exclude=./out \
+    --exclude=./build --exclude=__pycache__ --exclude='*.egg-info' . | tar --extract --directory "$work/tree"
 sed -i -E -e "s,^(\\[[a-z]+\\]: )([A-Za-z/._]+\\.gif)$,\\1$home/raw/main/\\2," \
     -e "s,^(\\[[a-z]+\\]: )([A-Za-z/._]+\\.md)$,\\1$home/blob/main/\\2," "$work/tree/README.md"
 "$work/tools/bin/python" -m build --outdir "$dist" "$work/tree" >"$work/build.log" 2>&1 ||
