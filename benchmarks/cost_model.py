@@ -215,7 +215,7 @@ def check(model: Model, records: list[dict[str, Any]], load: str = "closed") -> 
 
 
 def limits(model: Model) -> str:
-    """What breaks first, as a Markdown list."""
+    """Limits that are met first, as a Markdown list."""
     node = 2**30 * 256.0  # memory of a common node
     whole = model.run(1e9, 4096)
     last = (model.front * math.sqrt(1e9)) ** 3 / 3 / model.rate

@@ -64,7 +64,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a program found: enclosed volume [m^3], largest displacement [m], iterations."""
+    """Answer of a program: enclosed volume [m^3], largest displacement [m], iterations."""
 
     volume: float
     displacement: float

@@ -26,7 +26,7 @@ from lobefem.linalg import dolfinx_compat  # first: it finds the stack
 
 # isort: split
 from benchmarks.measure import run as measured
-from benchmarks.programs.evolver import executable
+from benchmarks.programs.evolver import elements, executable
 from lobefem import Balloon, EndPlates, GasPressure, NewtonOptions, TensionField, find_modes, inflate
 from lobefem.equilibrium.full_model import full_state
 from lobefem.geometry.gore import ConstantAngle, Gore
@@ -102,9 +102,6 @@ def datafile(surface: Any) -> str:
     middle = x[t].mean(axis=1) - [0, 0, (x[:, 2].max() + x[:, 2].min()) / 2]
     inwards = (normal * middle).sum(axis=1) < 0
     t[inwards] = t[inwards][:, [0, 2, 1]]
-    pairs = np.stack([t, np.roll(t, -1, axis=1)], axis=-1).reshape(-1, 2)
-    edges, edge_of = np.unique(np.sort(pairs, axis=1), axis=0, return_inverse=True)
-    signed = np.where(pairs[:, 0] < pairs[:, 1], 1, -1) * (edge_of.ravel() + 1)
     roped = {
         tuple(sorted(pair))
         for name in surface.groups
@@ -121,23 +118,12 @@ def datafile(surface: Any) -> str:
         after = np.roll(r, -1, axis=0)
         height = (r[:, 2] + after[:, 2] + r[:, 2].mean()) / 3
         caps.append((np.cross(r, after)[:, 2] / 2 * height).sum())
-    vertices = "\n".join(
-        f"{k} {a!r} {b!r} {c!r}{' fixed' if k - 1 in held else ''}"
-        for k, (a, b, c) in enumerate(x.tolist(), 1)
-    )
-    lines = "\n".join(
-        f"{k} {a + 1} {b + 1}"
-        + (f" tendon hooke_size {float(np.linalg.norm(x[a] - x[b]))!r}" if (a, b) in roped else "")
-        for k, (a, b) in enumerate(edges.tolist(), 1)
-    )
-    u, v = (x[t[:, k]] - x[t[:, 0]] for k in (1, 2))
-    gram = np.stack([(u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)], axis=-1)
-    faces = "\n".join(
-        f"{k} {a} {b} {c} form_factors {{{f!r}, {g!r}, {h!r}}}"
-        for k, ((a, b, c), (f, g, h)) in enumerate(
-            zip(signed.reshape(-1, 3).tolist(), gram.tolist(), strict=True), 1
-        )
-    )
+
+    def edge(a: int, b: int) -> str:
+        rest = float(np.linalg.norm(x[a] - x[b]))
+        return f" tendon hooke_size {rest!r}" if (a, b) in roped else ""
+
+    film = elements(x, t, lambda k: " fixed" if k in held else "", edge)
     stiffness = E * THICKNESS
     return f"""// a pumpkin balloon
 define edge attribute hooke_size real
@@ -147,14 +133,7 @@ quantity isotropic energy modulus {stiffness!r} method linear_elastic global
 quantity wrinkling energy modulus 0 method relaxed_elastic_A global
 quantity tendon energy modulus {EA!r} method hooke3_energy
 
-vertices
-{vertices}
-
-edges
-{lines}
-
-faces
-{faces}
+{film}
 
 bodies
 1

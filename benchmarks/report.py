@@ -63,7 +63,7 @@ def as_markdown(case: str, rows: list[Row]) -> str:
 
 
 def stages_as_markdown(case: str, rows: list[Row]) -> str:
-    """Where lobefem's time goes in one case: seconds a stage, the stages that take any."""
+    """Table of lobefem's seconds by stage in one case, the stages that take any."""
     of = [row for row in rows if (row["case"], row["program"], row["right"]) == (case, "lobefem", True)]
     seconds = {name: [row["stages"][name] for row in of] for name in (of[0]["stages"] if of else ())}
     head = ["", *("{}x{}".format(*row["divisions"]) for row in of)]
@@ -73,7 +73,7 @@ def stages_as_markdown(case: str, rows: list[Row]) -> str:
 
 
 def _compiled(row: Row) -> str:
-    """What lobefem's first run of a case spent on its forms."""
+    """Seconds that lobefem's first run of a case spent on its forms."""
     seconds = row["profile"]["stages"]["form compilation"]["seconds"]
     return f"Compiled forms are kept: the first run, {row['case']}, took {seconds:.1f} s for them.  "
 

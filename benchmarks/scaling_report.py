@@ -95,7 +95,7 @@ def work_table(records: list[Record]) -> str:
 
 
 def speedup_table(records: list[Record]) -> str:
-    """What the second rank brings."""
+    """Table of speed-ups by the second rank."""
     head = ["unknowns", "assembly", "factorisation", "solve", "inflate", "modes", "whole"]
     rows = []
     for one in _of(records, 1):

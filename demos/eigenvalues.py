@@ -73,7 +73,7 @@ def inflated(made: Any, pressures: Sequence[float], count: int) -> tuple[list[Br
 
 
 def crossing(made: Any, state: str, last: float) -> float | None:
-    """Where stability is lost [Pa], below a last pressure when inflated; None if nowhere. Collective."""
+    """Pressure of the loss of stability [Pa], below a last one when inflated; None if nowhere. Collective."""
     if state == "held":
         pressure = critical_pressure(made).pressure
     else:

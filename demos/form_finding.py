@@ -178,7 +178,7 @@ def table(numbers: dict[str, Any]) -> str:
 
 
 def compare(numbers: dict[str, Any]) -> list[Row]:
-    """What the paper says of figs 8-10, what was found here, and a verdict by the numbers."""
+    """The paper's words on figs 8-10 beside what was found, with a verdict by the numbers."""
     low, middle, last = numbers["forms"]
     radii = [f["equator_radius"] for f in numbers["forms"]]
     arc = last["arc_length"]

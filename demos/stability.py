@@ -147,7 +147,7 @@ def study(
 def curve_numbers(
     curves: Sequence[Branch], critical: CriticalPressure | CriticalPoint | None
 ) -> dict[str, Any]:
-    """What the curves of a case say, in SI."""
+    """Numbers of the curves of a case, in SI."""
     mode = None if critical is None else critical.mode
     return {
         "pressures": sorted({float(p) for b in curves for p in b.pressures}),
@@ -167,7 +167,7 @@ def curve_numbers(
 
 
 def summary(curves: Sequence[Branch], shown: Modes, critical: CriticalPressure) -> dict[str, Any]:
-    """What a case gave, all in SI."""
+    """Numbers of a case, all in SI."""
     return curve_numbers(curves, critical) | {
         "shown": {
             "pressure": shown.state.pressure,

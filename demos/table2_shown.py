@@ -33,7 +33,7 @@ DASHES = {"clamped": "-", "pinned": "--"}
 
 
 def middle(runs: Runs, mesh: str, angle: float) -> Figure:
-    """How far the mid hoop is aside, over the ramp and the release (paper fig. 23)."""
+    """Chart of the mid hoop's displacement over the ramp and the release (paper fig. 23)."""
     sheet = Figure(figsize=(6.6, 2.8), layout="constrained")
     FigureCanvasAgg(sheet)
     left, right = sheet.subplots(1, 2, sharey=True, width_ratios=(1, 2))
@@ -134,7 +134,7 @@ HEAD = (
 
 
 def words(numbers: Mapping[str, Any]) -> list[str]:
-    """What is printed."""
+    """Lines to be printed."""
     table = [HEAD, *rows(numbers["runs"])]
     for angle, (original, imposed, final) in PAPER.items():
         ratio = f"{imposed / original:.4f}"

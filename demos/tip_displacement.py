@@ -267,7 +267,7 @@ def figure(numbers: dict[str, Any]) -> Figure:
 
 
 def words(numbers: dict[str, Any]) -> list[str]:
-    """What the curves say beside the paper's sec. 6.1."""
+    """Findings of the curves beside the paper's sec. 6.1."""
     text = []
     for name, found in numbers["curves"].items():
         delta, force = np.array(found["parameter"]), np.array(found["reaction"])

@@ -18,12 +18,12 @@ NAME = "CalculiX"
 
 
 def missing() -> str | None:
-    """Why it cannot run, None if it can."""
+    """Reason why it cannot run, None if it can."""
     return None if _executable() else "ccx is not there (Debian: calculix-ccx)"
 
 
 def unable(case: Case) -> str | None:
-    """Why it cannot do a case, None if it can."""
+    """Reason why it cannot do a case, None if it can."""
     return "no law for it: its tension-only material leaves out Poisson's ratio" if case.lift else None
 
 

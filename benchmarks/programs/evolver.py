@@ -8,7 +8,9 @@ from __future__ import annotations
 import os
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +21,7 @@ NAME = "Surface Evolver"
 
 
 def missing() -> str | None:
-    """Why it cannot run, None if it can."""
+    """Reason why it cannot run, None if it can."""
     return None if executable() else "evolver-nox-d is not there (Debian: evolver-nox)"
 
 
@@ -64,12 +66,40 @@ _WRINKLED = """
 """
 
 
-def _datafile(case: Case) -> str:
-    mesh = film(case)
-    t = mesh.triangles
-    pairs = np.stack([t, np.roll(t, -1, axis=1)], axis=-1).reshape(-1, 2)
+def elements(
+    points: Any, triangles: Any, vertex: Callable[[int], str], edge: Callable[[int, int], str]
+) -> str:
+    """The vertices, edges and faces of a datafile, of film that is unstrained as it stands.
+
+    Args:
+        points: nodes (n, 3) [m].
+        triangles: their nodes (m, 3).
+        vertex: what to write behind a node.
+        edge: what to write behind the edge of two nodes, the lower number first.
+    """
+    pairs = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
     edges, edge_of = np.unique(np.sort(pairs, axis=1), axis=0, return_inverse=True)
     signed = np.where(pairs[:, 0] < pairs[:, 1], 1, -1) * (edge_of.ravel() + 1)
+    u, v = (points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2))
+    gram = np.stack([(u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)], axis=-1)
+    sides = zip(signed.reshape(-1, 3).tolist(), gram.tolist(), strict=True)
+    return "\n".join(
+        [
+            "vertices",
+            *(f"{k + 1} {x!r} {y!r} {z!r}{vertex(k)}" for k, (x, y, z) in enumerate(points.tolist())),
+            "\nedges",
+            *(f"{k} {a + 1} {b + 1}{edge(a, b)}" for k, (a, b) in enumerate(edges.tolist(), 1)),
+            "\nfaces",
+            *(
+                f"{k} {a} {b} {c} form_factors {{{f!r}, {g!r}, {h!r}}}"
+                for k, ((a, b, c), (f, g, h)) in enumerate(sides, 1)
+            ),
+        ]
+    )
+
+
+def _datafile(case: Case) -> str:
+    mesh = film(case)
     held = set(mesh.bottom) | set(mesh.top)
     top = set(mesh.top)
     r = mesh.points[mesh.top]
@@ -77,18 +107,11 @@ def _datafile(case: Case) -> str:
     steps = (_WRINKLED if case.lift else _TAUT).format(
         stiffness=repr(STIFFNESS), stretch=1 + case.lift / mesh.points[mesh.top[0], 2], share=SHARE
     )
-    vertices = "\n".join(
-        f"{k} {x!r} {y!r} {z!r}{' fixed' if k - 1 in held else ''}{' on_top 1' if k - 1 in top else ''}"
-        for k, (x, y, z) in enumerate(mesh.points.tolist(), 1)
-    )
-    lines = "\n".join(f"{k} {a + 1} {b + 1}" for k, (a, b) in enumerate(edges.tolist(), 1))
-    u, v = (mesh.points[t[:, k]] - mesh.points[t[:, 0]] for k in (1, 2))
-    gram = np.stack([(u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)], axis=-1)  # unstrained
-    faces = "\n".join(
-        f"{k} {a} {b} {c} form_factors {{{f!r}, {g!r}, {h!r}}}"
-        for k, ((a, b, c), (f, g, h)) in enumerate(
-            zip(signed.reshape(-1, 3).tolist(), gram.tolist(), strict=True), 1
-        )
+    film_of = elements(
+        mesh.points,
+        mesh.triangles,
+        lambda k: f"{' fixed' if k in held else ''}{' on_top 1' if k in top else ''}",
+        lambda a, b: "",
     )
     return f"""// the common problem, {case.name}, {case.divisions[0]} x {case.divisions[1]}
 define vertex attribute on_top integer
@@ -98,14 +121,7 @@ define facet attribute form_factors real[3]
 quantity isotropic energy modulus 0 method linear_elastic global
 quantity wrinkling energy modulus 0 method relaxed_elastic_A global
 
-vertices
-{vertices}
-
-edges
-{lines}
-
-faces
-{faces}
+{film_of}
 
 bodies
 1

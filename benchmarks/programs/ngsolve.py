@@ -15,7 +15,7 @@ _PYTHON = PEERS / "ngsolve/bin/python"
 
 
 def missing() -> str | None:
-    """Why it cannot run, None if it can."""
+    """Reason why it cannot run, None if it can."""
     return None if os.access(_PYTHON, os.X_OK) else "its environment .peers/ngsolve is not there"
 
 

@@ -92,7 +92,7 @@ def _pumpkin(axes: Any) -> None:
     dr, dz = curve.slope(s)
 
     def faces(angle: float) -> Any:
-        """Where a meridian is on the side that is seen."""
+        """Mask of a meridian on the side that is seen."""
         return dz * np.cos(angle) * np.sqrt(1 - view**2) - dr * view > 0
 
     def seen(radius: Any, angle: Any, height: Any) -> tuple[Any, Any]:

@@ -256,7 +256,7 @@ def pressurisation(quick: bool) -> dict[str, str]:
 
 
 def suite() -> str:
-    """What the test suite checks against closed forms: the first lines of its modules."""
+    """List of checks against closed forms: the first lines of the suite's modules."""
     lines = []
     for path in sorted((ROOT / "tests" / "analytic").glob("test_*.py")):
         text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""

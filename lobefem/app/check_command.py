@@ -45,7 +45,7 @@ def check(design: Design) -> tuple[Rows, list[str]]:
 
 
 def _source(table: Any, name: str) -> str:
-    """Where the value of a key comes from that was not given: its default, a material, or E and area."""
+    """Source of a value that was not given: its default, a material, or E and area."""
     if (
         name in ("E", "nu", "strength")
         and getattr(table, "material", None)
@@ -58,7 +58,7 @@ def _source(table: Any, name: str) -> str:
 
 
 def _notes(design: Design) -> Iterator[tuple[str, str]]:
-    """What to know of keys that change the answer much, by key."""
+    """Notes on keys that change the answer much, by key."""
     if design.film.law == "fixed-wrinkles":
         yield "film.law", "the paper's film: its critical pressure goes to zero as the mesh is refined"
     if design.film.strength is None:

@@ -107,7 +107,7 @@ class _Problem:
         return record
 
     def goal(self, z: Array) -> float:
-        """What is to be small."""
+        """Objective to be minimised."""
         if self.lifted:
             return -float(z[-1])
         record = self.record(z)
@@ -125,7 +125,7 @@ class _Problem:
         return found
 
     def limits(self, z: Array) -> Array:
-        """What must not be negative: margins, and logarithms of critical pressures over what they exceed."""
+        """Constraints, not negative if kept: margins, and logarithms of critical pressures."""
         record = self.record(z)
         if record.fault:
             return np.full(len(self._rows()), -1.0)

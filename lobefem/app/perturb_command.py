@@ -157,7 +157,7 @@ def _original(
 
 
 def _against(original: Equilibrium, end: Equilibrium) -> dict[str, Any]:
-    """What a state is beside the original one, and its contact. Collective."""
+    """Differences of a state from the original one, and its contact. Collective."""
     first, last = (state.balloon.energy(state.restore())[0] for state in (original, end))
     contact = end.balloon.contact
     report = None if contact is None else contact.measure(end.balloon.u)

@@ -134,7 +134,7 @@ def modes(
 
 
 def _entry(state: Equilibrium, lowest: Modes) -> dict[str, Any]:
-    """What results say of one pressure."""
+    """Entry of one pressure in the results."""
     return {
         "pressure": state.pressure,
         "modes": [mode_data(mode) for mode in lowest.modes],
@@ -286,7 +286,7 @@ def _searched(
 
 
 def _found(found: GorePressures, up_to: float) -> dict[str, Any]:
-    """What results say of a search that was to go up to a pressure."""
+    """Entries of a search up to a pressure in the results."""
     mode = found.mode
     data: dict[str, Any] = {
         "critical_pressure": found.pressure,

@@ -35,7 +35,7 @@ _KEY = 1e-6  # of the range of a parameter, half of the way between two balloons
 
 
 class Record(NamedTuple):
-    """What is known of a design.
+    """Record of a design that was looked at.
 
     Attributes:
         name: of its files.

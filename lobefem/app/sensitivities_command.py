@@ -182,7 +182,7 @@ def _parameters(
 
 
 def _widths(balloon: Balloon) -> list[tuple[str, Callable[[Array], Array]]]:
-    """What grows by a hundredth: the gore's whole half-width, and that about each station."""
+    """Changes of width by a hundredth: of the gore's whole half-width, and about each station."""
     gore = balloon.surface.recipe.gore
 
     def hat(share: Array, middle: float) -> Array:

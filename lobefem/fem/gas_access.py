@@ -12,7 +12,7 @@ __all__ = ["GasAccess", "GasStiffness"]
 
 
 class GasStiffness(NamedTuple):
-    """What a sealed gas adds to a tangent: factor times vector vector^T.
+    """Part of rank one that a sealed gas adds to a tangent: factor times vector vector^T.
 
     Attributes:
         factor: -dp/dV [Pa/m^3].
@@ -42,9 +42,7 @@ class GasAccess:
     reference_volume: float
     w: Array
     gas: SealedGas | None = None  # None under a given pressure
-
-    def _under(self, constraints: Any) -> Any:
-        raise NotImplementedError
+    _under: Any  # the balloon under other constraints
 
     def with_gas(self, gas: SealedGas | None) -> Any:
         """This balloon with a gas sealed in, or with None under a given pressure. Collective.
@@ -86,7 +84,7 @@ class GasAccess:
         return self.gas.work(copies * volume, copies * gain) / copies
 
     def gas_stiffness(self, q: Vec) -> GasStiffness | None:
-        """What a sealed gas adds to the tangent at q; None under a given pressure. Collective.
+        """Part that a sealed gas adds to the tangent at q; None under a given pressure. Collective.
 
         It resists what changes the volume alone: at a shape that is the same in all sectors the harmonic 0.
         """

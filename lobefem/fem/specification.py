@@ -29,7 +29,7 @@ class _Filmed(Protocol):
 
     @property
     def surface(self) -> Surface:
-        """Where its film lies."""
+        """Surface of its film."""
 
 
 class LoadPath(Protocol):

@@ -274,7 +274,7 @@ def _bracket(known: Mapping[float, float]) -> tuple[float, float]:
 
 
 def _zero(known: Mapping[float, float]) -> tuple[float, float, float]:
-    """Where a value is expected to vanish, by how much a line misses that, and the bracket's width."""
+    """Expected zero of a value, the distance of a line's zero from it, and the bracket's width."""
     from scipy.interpolate import BarycentricInterpolator  # slow to import
     from scipy.optimize import brentq
 

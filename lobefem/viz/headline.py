@@ -206,7 +206,7 @@ def _falls(results: Results) -> bool:
 
 
 def _mesh(results: Results) -> tuple[Mark, ...]:
-    """How far the number depends on the mesh."""
+    """Mark that says how far the number depends on the mesh."""
     mesh = results.get("divisions")
     on = "×".join(map(str, mesh)) if isinstance(mesh, (list, tuple)) else ""
     error: Any = results.get("mesh_error")

@@ -103,7 +103,7 @@ def _spectrum(run: Run, show: Show) -> Chart | None:
 
 
 def harmonics(run: Run, show: Show) -> Chart | None:
-    """Where each harmonic loses stability; None of runs that are no search for it."""
+    """Critical pressure by harmonic; None of runs that are no search for it."""
     results = run.results
     chart = rows_with(results.get("chart"), "harmonic", "critical_pressure", "stable_from")
     end: Any = results.get("searched_to")

@@ -35,7 +35,7 @@ def _moves(kind: Any, harmonic: Any) -> str:
 
 
 def critical(results: Mapping[str, Any], quoted: str = "") -> list[str]:
-    """Where a pumpkin is stable, where it is no more and how it moves there; none of damaged results.
+    """Sentences on where a pumpkin is stable and how it moves beyond; none of damaged results.
 
     Args:
         results: of `critical` or `harmonics`.

@@ -70,7 +70,7 @@ def with_meshes(parts: Sequence[Part]) -> list[Part]:
 
 
 def _settings(part: Part) -> dict[str, Any]:
-    """What a run was asked, by key."""
+    """Settings of a run, by key."""
     results = part.run.results
     asked = {key: results[key] for key in ("command", "state", "distortion", "parameter") if key in results}
     return dict(flat(part.run.design)) | asked
@@ -94,7 +94,7 @@ def _follows(told: Sequence[Mapping[str, Any]], key: str, other: str) -> bool:
 
 
 def _trend(parts: Sequence[Part], told: Sequence[Mapping[str, Any]]) -> list[str]:
-    """How the number goes from mesh to mesh, and to which limit."""
+    """Sentences on the trend of the number from mesh to mesh, and its limit."""
     sizes, values, _ = _ordered(parts, told)
     changes = [100 * (b / a - 1) for a, b in pairwise(values)]
     if not changes:

@@ -105,7 +105,7 @@ def _at(value: Unchecked, names: Sequence[str] | None) -> float:
 
 
 def place(value: Unchecked) -> float | None:
-    """Where a value stands on an axis; of divisions the number around; None of words."""
+    """Position of a value on an axis; of divisions the number around; None of words."""
     if isinstance(value, (list, tuple)) and len(value) == 2 and all(isinstance(v, int) for v in value):
         return float(value[1])
     if isinstance(value, (list, tuple)) and len(value) == 1:

@@ -118,7 +118,7 @@ class Part:
 
 
 def part(run: Run, name: str, room: int, pictures: int) -> Part:
-    """What of a run stands in a report.
+    """Part of a report that shows one run.
 
     Args:
         run: as read.
@@ -241,7 +241,7 @@ def _sentences(run: Run) -> list[str]:
 
 
 def _present(*found: Any) -> list[Any]:
-    """What is there, tables without rows left out."""
+    """Blocks that are there, tables without rows left out."""
     return [one for one in found if one is not None and not (isinstance(one, Table) and not one.rows)]
 
 

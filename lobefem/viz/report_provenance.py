@@ -37,7 +37,7 @@ def design(run: Run) -> Table:
 
 
 def changes(run: Run) -> Table | None:
-    """What of the design is not a default; None if the defaults of such a shape are not known."""
+    """Values of the design that are not defaults; None if the defaults of such a shape are not known."""
     shape = run.design.get("shape")
     if not isinstance(shape, Mapping):
         return None

@@ -14,7 +14,7 @@ __all__ = ["Folded", "Section"]
 
 @dataclass(frozen=True)
 class Folded:
-    """What is one click away."""
+    """Block that is folded, one click away."""
 
     title: str
     tables: Sequence[Table] = ()

@@ -169,7 +169,7 @@ def _contours(axes: Axes, x: Array, y: Array, pressure: Any, low: float, high: f
 
 
 def _marks(axes: Axes, chart: SweepMap, edges: tuple[Array, Array]) -> list[Patch]:
-    """What cells without a number are, and which are unstable at the design's pressure; the keys."""
+    """Mark cells without a number and those unstable at the design's pressure; return the keys."""
     p, keys = chart.pressure, []
     kinds = (
         (np.isposinf(p), {"facecolor": _STABLE, "hatch": "", "label": "stable up to the end of the search"}),

@@ -105,7 +105,7 @@ def _inflate(results: Results) -> list[str]:
 
 
 def _sensitivities(results: Results) -> list[str]:
-    """What does most for the stability of a pumpkin."""
+    """Sentence on the changes that do most for the stability of a pumpkin."""
     rows = results.get("parameters")
     if not isinstance(rows, list) or not rows:
         return []
