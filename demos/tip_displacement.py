@@ -249,6 +249,7 @@ def figure(numbers: dict[str, Any]) -> Figure:
         left.text(CONTACT, 0.02, "paper: contact ", color="0.4", fontsize=7, **place)
     left.set(xlabel="displacement of the top centre δ [m]", ylabel="force on the top centre [N]")
     left.margins(x=0)
+    left.locator_params(axis="x", nbins=5)
     left.set_ylim(bottom=0)
     left.legend(frameon=False, fontsize=7, loc="lower center", title="divisions of a lobe", title_fontsize=7)
     for one, style in zip(back["releases"], ("-", "--"), strict=True):

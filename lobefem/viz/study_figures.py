@@ -275,6 +275,7 @@ def perturbation(history: Sequence[Point], *, unit: str, reaction_unit: str, wid
         else:
             axes.plot([factor * p.parameter for p in ramp], [p.volume for p in ramp], ".-", ms=3, lw=1.0)
             axes.set(xlabel=f"distortion [{unit}]", ylabel="volume [m³]", title="Volume")
+            axes.ticklabel_format(axis="y", useOffset=False)
         for axes in panels:
             axes.spines[["top", "right"]].set_visible(False)
     return figure

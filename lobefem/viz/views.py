@@ -159,7 +159,9 @@ def paint(
     with rc_context(STYLE):
         figure.clear()
         figure.set_size_inches(width * MM, total * MM)
-        figure.text(0.5, 1 - 1.5 / total, title, ha="center", va="top", fontsize=7.5)
+        # a letter is about half as wide as high: no longer than the figure
+        size = min(7.5, 5.0 * width / max(len(title), 1))
+        figure.text(0.5, 1 - 1.5 / total, title, ha="center", va="top", fontsize=size)
         paper = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, total))  # in mm; one is fast
         paper.set_axis_off()
         pitch = width / columns
